@@ -97,7 +97,7 @@ def stress_in_step(port: Port, sign: float, force: float, slid: float) -> float:
     return flow_stress(port, (port.memory[SLID] + slid) / p[LENGTH], max(0.0, rate) / p[LENGTH])
 
 
-@UNPACK
+@LAW_PART
 def left_over(port: Port, sign: float, force: float, slid: float) -> float:
     """Return the excess of the elastic force over the yield force, as a length [m].
 
@@ -150,7 +150,7 @@ def slid_in_step(port: Port, trial: float) -> float:
     return far if abs(far_value) < abs(near_value) else near
 
 
-@UNPACK
+@LAW_PART
 def element(port: Port, at: float, overlap: float) -> tuple[float, float]:
     """Return force [N] and set [m] at an overlap, from the set before."""
     p = port.parameters
@@ -185,7 +185,7 @@ def loss_of_slider(port: Port, first: float, force: float, after: float) -> floa
     return max(0.0, 0.5 * (first + force) * (after - at) - kept * (after * after - at * at))
 
 
-@UNPACK
+@LAW_PART
 def dashpot(port: Port, first: float, last: float) -> float:
     """Return the damping [N s/m] beside an element with two forces in a step.
 
@@ -207,7 +207,7 @@ def meeting(port: Port) -> bool:
     return port.parameters[OPENS] != 0.0 and -port.gap == port.memory[SET] and port.gap_rate < 0.0
 
 
-@UNPACK
+@LAW_PART
 def share_of_touch(port: Port) -> float:
     """Return the share of a step that follows a touch within it.
 

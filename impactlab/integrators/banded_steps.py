@@ -38,17 +38,18 @@ def sizes(parameters: Array) -> tuple[int, int, int, int, int]:
 def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
     """Return load, springs, masses, dashpots, momentum row and the rest of the parameters, all flat."""
     n, stiff, damped, heavy, _ = sizes(parameters)
-    arrays = parameters[LOAD:]
-    masses = (stiff + 2) * n
+    springs = LOAD + n
+    masses = springs + (stiff + 1) * n
     dashpots = masses + (heavy + 1) * n
     momentum = dashpots + (damped + 1) * n
+    rest = momentum + n
     return (
-        arrays[:n],
-        arrays[n:masses],
-        arrays[masses:dashpots],
-        arrays[dashpots:momentum],
-        arrays[momentum : momentum + n],
-        arrays[momentum + n :],
+        window(parameters, LOAD, n),
+        window(parameters, springs, masses - springs),
+        window(parameters, masses, dashpots - masses),
+        window(parameters, dashpots, momentum - dashpots),
+        window(parameters, momentum, n),
+        window(parameters, rest, parameters.size - rest),
     )
 
 

@@ -16,6 +16,7 @@ from impactlab.integrators.theta import theta_step
 from impactlab.models.base import Operators
 from impactlab.numerics.compiling import UNPACK
 from impactlab.numerics.subnormals import flush_subnormals, restore_subnormals
+from impactlab.numerics.windows import window
 from impactlab.types import Array, option
 
 AVERAGE = 0.25, 0.5  # beta and gamma of the average acceleration
@@ -28,8 +29,14 @@ def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array]:
 
     The last is 1/(M + gamma dt C + beta dt^2 K).
     """
-    n, arrays = int(parameters[N]), parameters[LOAD:]
-    return arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n], arrays[3 * n : 4 * n], arrays[4 * n : 5 * n]
+    n = int(parameters[N])
+    return (
+        window(parameters, LOAD, n),
+        window(parameters, LOAD + n, n),
+        window(parameters, LOAD + 2 * n, n),
+        window(parameters, LOAD + 3 * n, n),
+        window(parameters, LOAD + 4 * n, n),
+    )
 
 
 def free(parameters: Array, state: Array) -> None:

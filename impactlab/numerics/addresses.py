@@ -28,6 +28,7 @@ from numba.extending import intrinsic
 
 from impactlab.errors import PluginError, closest
 from impactlab.numerics.cache import FOREIGN, cache_of, is_kept
+from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 from impactlab.numerics.pointers import by_pointers, form_of, pointed
 from impactlab.numerics.windows import VECTOR
 from impactlab.startup.wall_time import COMPILING, spent_on
@@ -173,7 +174,7 @@ def entered(entry: Any, *arguments: Any) -> Any:
     if _mode.interpreting:
         return in_python(entry)(*arguments)
     if not is_loaded(entry):
-        with spent_on(COMPILING):
+        with spent_on(COMPILING), GarbageCollectionPaused():
             log_compiling(entry)
             announce_compiling(entry)
             return entry(*arguments)
@@ -198,7 +199,7 @@ def entered_with_table(entry: Any, table: Any, *others: Any) -> Any:
 def load(entry: Any, signature: tuple[Any, ...]) -> None:
     """Load a compiled function for arguments of some types, before its first call."""
     if COMPILED and not entry.overloads:
-        with spent_on(COMPILING):
+        with spent_on(COMPILING), GarbageCollectionPaused():
             announce_compiling(entry)
             entry.compile(signature)
 
@@ -227,7 +228,7 @@ def compiled(function: Callable[..., None], signature: Any, allocates: bool = Tr
     known = _compiled.get((function, id(signature)))  # signatures are constants; comparing them takes far longer
     if known is not None:
         return known[1]
-    with spent_on(COMPILING):
+    with spent_on(COMPILING), GarbageCollectionPaused():
         return _compiled_now(function, signature, allocates)
 
 

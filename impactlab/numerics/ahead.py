@@ -21,6 +21,7 @@ from impactlab.numerics import addresses
 from impactlab.numerics import cache as kernel_cache
 from impactlab.numerics.compile_queue import CompileQueue, Request
 from impactlab.numerics.compiling import plain
+from impactlab.numerics.garbage_collection import GarbageCollectionPaused
 
 VARIABLE = "IMPACTLAB_COMPILERS"  # how many processes compile at once; by default one for each processor,
 MOST = 8  # at most: a run seldom lacks more kernels that take long, and each process takes 150 MB
@@ -136,6 +137,7 @@ def compile_request(request: Request) -> None:
     """Compile a function, and keep it on disk."""
     function = named(request)
     if request.is_entry:
-        function.compile(request.signature)
+        with GarbageCollectionPaused():
+            function.compile(request.signature)
     else:
         addresses.compiled(plain(function), request.signature, request.allocates)

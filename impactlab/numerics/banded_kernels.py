@@ -17,7 +17,7 @@ from impactlab.types import Array
 def pull(n: int, bandwidth: int, springs: Array, u: Array, force: Array) -> None:
     """Subtract the forces of springs (ground, then bands; flat) at displacements u from ``force``."""
     if bandwidth == 1 and n > 1:
-        ground, band = springs[:n], springs[n : 2 * n]
+        ground, band = window(springs, 0, n), window(springs, n, n)
         force[0] -= ground[0] * u[0] + band[0] * (u[1] - u[0])
         for i in range(1, n - 1):
             force[i] -= ground[i] * u[i] + band[i] * (u[i + 1] - u[i]) + band[i - 1] * (u[i - 1] - u[i])
@@ -26,7 +26,7 @@ def pull(n: int, bandwidth: int, springs: Array, u: Array, force: Array) -> None
     for i in range(n):
         force[i] -= springs[i] * u[i]
     for offset in range(1, bandwidth + 1):
-        band = springs[offset * n : (offset + 1) * n]
+        band = window(springs, offset * n, n)
         for i in range(n - offset):
             force[i] -= band[i] * (u[i + offset] - u[i])
         for i in range(offset, n):
@@ -109,7 +109,7 @@ def add_matrix(
     for i in range(n):
         diagonal[i] += factor * matrix[i]
     for offset in range(1, bandwidth + 1):
-        band, into = matrix[offset * n : (offset + 1) * n], lower[(offset - 1) * n : offset * n]
+        band, into = window(matrix, offset * n, n), window(lower, (offset - 1) * n, n)
         for i in range(n - offset):
             into[i] += factor * band[i]
             if as_springs:
@@ -124,7 +124,7 @@ def in_springs(n: int, bandwidth: int, springs: Array, x: Array, y: Array) -> fl
     for i in range(n):
         energy += 0.5 * springs[i] * x[i] * y[i]
     for offset in range(1, bandwidth + 1):
-        band = springs[offset * n : (offset + 1) * n]
+        band = window(springs, offset * n, n)
         for i in range(n - offset):
             energy -= 0.5 * band[i] * (x[i + offset] - x[i]) * (y[i + offset] - y[i])
     return energy
@@ -137,7 +137,7 @@ def in_motion(n: int, bandwidth: int, masses: Array, v: Array) -> float:
     for i in range(n):
         energy += 0.5 * masses[i] * v[i] * v[i]
     for offset in range(1, bandwidth + 1):
-        band = masses[offset * n : (offset + 1) * n]
+        band = window(masses, offset * n, n)
         for i in range(n - offset):
             energy += band[i] * v[i] * v[i + offset]
     return energy

@@ -1,7 +1,7 @@
 """Python's garbage collector, paused where thousands of objects are made that all stay.
 
 It walks over all objects whenever many have been made: in the set-up of ten thousand bodies that takes as long as the
-work itself, and finds nothing.
+work itself, and finds nothing. So it does while numba compiles.
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ The tuple itself is unchanged: from Python compiled functions take it as it is, 
 
 from __future__ import annotations
 
+import hashlib
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -30,6 +31,7 @@ Primitive: Any = models.PrimitiveModel
 Native: Any = NativeValue
 Room: Any = cgutils.alloca_once
 Unpacked: Any = cgutils.unpack_tuple
+DIGITS = 16  # of a digest, in names of compiled functions
 typed, taken, lowered, modelled, resolved = cast(
     tuple[Any, Any, Any, Any, Any], (typeof_impl, unbox, lower_getattr_generic, register_model, infer_getattr)
 )
@@ -47,6 +49,15 @@ class TableType(TypeClass):  # type: ignore[misc] # numba has types in some vers
             self.places[field] = self.words, of
             self.words += 1 + of.ndim if isinstance(of, types.Array) else 1
         super().__init__(f"{name}{fields}")
+        self._in_symbols = f"{name}.{hashlib.sha256(self.name.encode()).hexdigest()[:DIGITS]}"
+
+    @property
+    def mangling_args(self) -> tuple[str, tuple[()]]:
+        """The text for the table in names of functions.
+
+        Its own name lists all fields of all records: it would fill half of the intermediate code.
+        """
+        return self._in_symbols, ()
 
 
 def by_table(kind: Kind) -> Kind:

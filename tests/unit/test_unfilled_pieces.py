@@ -17,10 +17,10 @@ from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run, stepped_run
 from impactlab.simulate.stepping import pieces
 from impactlab.simulate.stepping.arrays import (
-    BOOK_RARE,
+    BOOK_DASHPOTS,
     MARCH_ROWS,
     PIECES,
-    READ_RARE,
+    READ_LENGTHS,
     SAMPLE_ROWS,
     ClockRecord,
     StepArrays,
@@ -48,8 +48,8 @@ def row_of_beads(step: float) -> Simulation:
 @pytest.mark.parametrize(
     ("scene", "piece", "step"),
     [
-        (with_a_dashpot, READ_RARE, 0.41),
-        (with_a_dashpot, BOOK_RARE, 0.42),
+        (with_a_dashpot, READ_LENGTHS, 0.41),
+        (with_a_dashpot, BOOK_DASHPOTS, 0.42),
         (row_of_beads, MARCH_ROWS, 0.43),
         (row_of_beads, SAMPLE_ROWS, 0.44),
     ],

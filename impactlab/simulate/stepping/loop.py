@@ -13,13 +13,16 @@ from impactlab.numerics.compiling import ENTRY, INLINE, MERGED, PART
 from impactlab.numerics.windows import window
 from impactlab.simulate.stepping.arrays import (
     APPLY_LOADS,
-    BOOK_RARE,
+    BOOK_DASHPOTS,
+    BOOK_LOADS,
     CHANGE_PHASES,
     MARCH_ROWS,
     PUSH_ROWS,
     READ_AGAIN,
+    READ_LENGTHS,
+    READ_LOADS,
     READ_PUSHED,
-    READ_RARE,
+    READ_READINGS,
     READ_ROWS,
     RECORD_ROWS,
     REWRITE_COLUMNS,
@@ -85,7 +88,14 @@ def begin_step(m: StepArrays, end: float) -> None:
     """Read the state at the start of a step, beside the faces, and take snapshots."""
     clock = m.clock[0]
     if clock.rare != 0:
-        call(m.pieces[READ_RARE], m)
+        if len(m.readings) > 0:
+            call(m.pieces[READ_READINGS], m)
+        if len(m.pushes) > 0:
+            call(m.pieces[READ_PUSHED], m, 0)
+        if len(m.loads) > 0:
+            call(m.pieces[READ_LOADS], m)
+        if len(m.dampers) > 0:
+            call(m.pieces[READ_LENGTHS], m)
     if clock.n_snapshots < len(m.snapshots):
         take_before(m, end)
 
@@ -112,7 +122,7 @@ def free_step(m: StepArrays, time: float, dt: float) -> None:
         elif face.moves != 0:
             face.free_u, face.free_v = row_times_state(m, number), row_times_state(m, n_faces + number)
     if rare and len(m.pushes) > 0:
-        call(m.pieces[READ_PUSHED], m)
+        call(m.pieces[READ_PUSHED], m, 1)
 
 
 @PART
@@ -213,7 +223,10 @@ def book_step(m: StepArrays, dt: float, end: float) -> None:
     """Book the losses of an accepted step, take snapshots, advance the clock."""
     clock = m.clock[0]
     if clock.rare != 0:
-        call(m.pieces[BOOK_RARE], m, dt)
+        if len(m.loads) > 0:
+            call(m.pieces[BOOK_LOADS], m, dt)
+        if len(m.dampers) > 0:
+            call(m.pieces[BOOK_DASHPOTS], m, dt)
     if clock.n_snapshots < len(m.snapshots):
         take_after(m, dt, end)
     clock.time = end

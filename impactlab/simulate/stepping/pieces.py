@@ -16,13 +16,16 @@ from impactlab.numerics.compiling import plain
 from impactlab.simulate.stepping import contact_solve, phases
 from impactlab.simulate.stepping.arrays import (
     APPLY_LOADS,
-    BOOK_RARE,
+    BOOK_DASHPOTS,
+    BOOK_LOADS,
     CHANGE_PHASES,
     MARCH_ROWS,
     PUSH_ROWS,
     READ_AGAIN,
+    READ_LENGTHS,
+    READ_LOADS,
     READ_PUSHED,
-    READ_RARE,
+    READ_READINGS,
     READ_ROWS,
     RECORD_ROWS,
     REWRITE_COLUMNS,
@@ -43,11 +46,8 @@ from impactlab.simulate.stepping.loop import add_responses
 WHOLE, NUMBER = types.int64, types.float64
 
 
-def read_rare(m: StepArrays) -> None:
-    """Read quantities that few scenes have at the start of a step.
-
-    They are readings of laws, pushed rows, loads and dashpots.
-    """
+def read_readings(m: StepArrays) -> None:
+    """Read the readings of laws at the start of a step."""
     first_reading = 2 * len(m.faces)
     for number in range(len(m.readings)):
         value = row_times_state(m, first_reading + number)
@@ -55,17 +55,14 @@ def read_rare(m: StepArrays) -> None:
             value += m.left_out[number, contact] * m.contacts[contact].force
         messenger = m.readings[number]
         m.ports[messenger.contact].readings[messenger.slot] = value
-    if len(m.pushes) > 0:
-        pushed_values(m, False)
-    if len(m.loads) > 0:
-        read_loads(m)
-    if len(m.dampers) > 0:
-        read_lengths(m)
 
 
-def read_pushed(m: StepArrays) -> None:
-    """Read the rows that laws may push along at the end of the free step."""
-    pushed_values(m, True)
+def read_pushed(m: StepArrays, free: int) -> None:
+    """Read the rows that laws may push along.
+
+    They are read at the start of a step (0) or at the end of the free one (1).
+    """
+    pushed_values(m, free != 0)
 
 
 def rewrite_columns(m: StepArrays) -> None:
@@ -109,14 +106,6 @@ def push_rows(m: StepArrays) -> None:
         push = record.weight * m.contacts[record.contact].push
         for part in range(3):
             add_responses(m, body.state_start, start, push, record.low[part], record.high[part])
-
-
-def book_rare(m: StepArrays, dt: float) -> None:
-    """Book the work of loads and the losses of dashpots."""
-    if len(m.loads) > 0:
-        book_loads(m, dt)
-    if len(m.dampers) > 0:
-        book_dashpots(m, dt)
 
 
 def step_rows(m: StepArrays, dt: float) -> None:
@@ -167,11 +156,14 @@ KINDS: dict[int, tuple[Callable[..., None], tuple[Any, ...]]] = {
     SHOW_ROWS: (show_rows, ()),
     RECORD_ROWS: (record_rows, (WHOLE, NUMBER)),
     SAMPLE_ROWS: (sample_rows, (NUMBER,)),
-    READ_RARE: (read_rare, ()),
-    APPLY_LOADS: (plain(apply_loads), (NUMBER, NUMBER)),
-    READ_PUSHED: (read_pushed, ()),
+    READ_READINGS: (read_readings, ()),
+    READ_PUSHED: (read_pushed, (WHOLE,)),
     PUSH_ROWS: (push_rows, ()),
-    BOOK_RARE: (book_rare, (NUMBER,)),
+    READ_LOADS: (plain(read_loads), ()),
+    APPLY_LOADS: (plain(apply_loads), (NUMBER, NUMBER)),
+    BOOK_LOADS: (plain(book_loads), (NUMBER,)),
+    READ_LENGTHS: (plain(read_lengths), ()),
+    BOOK_DASHPOTS: (plain(book_dashpots), (NUMBER,)),
 }
 """Functions of the pieces, and the types of their arguments after the arrays."""
 _addresses: dict[int, int] = {}  # of pieces that were needed
@@ -202,8 +194,9 @@ def fill_pieces(m: StepArrays, clock: ClockRecord) -> None:
         ((CHANGE_PHASES,), len(m.phases) > 0),
         ((REWRITE_COLUMNS, READ_AGAIN), clock.changes != 0),
         (of_rows, len(m.bead_rows) > 0),
-        ((READ_RARE, BOOK_RARE), clock.rare != 0),
-        ((APPLY_LOADS,), len(m.loads) > 0),
+        ((READ_READINGS,), len(m.readings) > 0),
+        ((READ_LOADS, APPLY_LOADS, BOOK_LOADS), len(m.loads) > 0),
+        ((READ_LENGTHS, BOOK_DASHPOTS), len(m.dampers) > 0),
         ((READ_PUSHED, PUSH_ROWS), len(m.pushes) > 0),
     )
     needed = [piece for pieces, are_needed in by_need if are_needed for piece in pieces]
