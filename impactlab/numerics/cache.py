@@ -31,7 +31,6 @@ from numba.core.caching import FunctionCache, NullCache
 from numba.core.serialize import dumps
 
 from impactlab import __version__
-from impactlab.numerics.repeated_searches import shorten_searches
 from impactlab.startup.wall_time import LOADING, spent_on
 
 DAY = 86400.0  # s; an older half-written file is removed
@@ -112,10 +111,9 @@ def _names(code: CodeType) -> tuple[str, ...]:
 def load_array_functions() -> None:
     """Load numba's array functions, as it does before it compiles, but without scipy's BLAS.
 
-    Its repeated searches are shortened. Numba would look for BLAS at once, which takes a third of a second and is
-    needed only by the inner products of np.convolve. Products of matrices look for it when they are compiled.
+    Numba would look for BLAS at once, which takes a third of a second and is needed only by the inner products of
+    np.convolve. Products of matrices look for it when they are compiled.
     """
-    shorten_searches()
     blas = "scipy.linalg.cython_blas"
     hidden = blas not in sys.modules
     if hidden:
