@@ -338,7 +338,7 @@ def test_variants_are_refused_where_they_make_no_sense(tmp_path):
         case.variant("heav")
     with pytest.raises(CaseError, match=r"a variant cannot change 'methods\.hard'"):
         case.variant("odd")
-    with pytest.raises(CaseError, match="Choose the variant first"):
+    with pytest.raises(CaseError, match=r"Write case\.variant\('heavy'\)\.method\('hard'\)"):
         case.method("hard").variant("heavy")
 
 
