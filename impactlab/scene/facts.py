@@ -92,22 +92,19 @@ class RoundTrip(NamedTuple):
     body: str
 
 
-def round_trips_of(scene: Scene, contacts: Iterable[Contact], longer: bool = False) -> dict[str, RoundTrip]:
+def round_trips_of(scene: Scene, contacts: Iterable[Contact]) -> dict[str, RoundTrip]:
     """Return the round trip by which the times of each contact are measured, by its name.
 
-    It is that of the shorter of its two bodies, which parts first, or of the ``longer`` one, whose motion lasts.
-    Between rigid bodies it is the shortest or longest of the scene. So it depends neither on the order of bodies nor on
-    sides. Empty without a rod or beam.
+    It is that of the shorter of its two bodies, which parts first. Between rigid bodies it is the shortest of the
+    scene. So it depends neither on the order of bodies nor on sides. Empty without a rod or beam.
     """
     known = {name: RoundTrip(body.round_trip, name) for name, body in scene.elastic.items()}
     if not known:
         return {}
-    pick = max if longer else min
-    of_scene = pick(known.values())
-    found: dict[str, RoundTrip] = {}
+    shortest, found = min(known.values()), dict[str, RoundTrip]()
     for contact in contacts:
-        found[contact.name] = pick(
-            (known[point.body] for point in contact.faces if point.body in known), default=of_scene
+        found[contact.name] = min(
+            (known[point.body] for point in contact.faces if point.body in known), default=shortest
         )
     return found
 

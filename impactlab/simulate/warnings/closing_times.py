@@ -32,7 +32,7 @@ MIN_INSTANTS = 200
 def unplaced(history: AbstractRecordedHistory) -> Iterator[Warned]:
     """Yield the warnings of contacts that shift, displace or move the faces after them."""
     scene = history.scene
-    trips = {name: trip.time for name, trip in round_trips_of(scene, scene.contacts, longer=True).items()}
+    trips = {name: trip.time for name, trip in round_trips_of(scene, scene.contacts).items()}
     if not trips:
         return
     resolutions = {contact.name: history.facts_of(contact).resolution for contact in scene.contacts}
