@@ -1,9 +1,9 @@
 """Compiled passes over the records of a stepped run for error estimates.
 
 No channel is made of the records. Displacements are linear between records, those of beads cubic if the records are
-several steps apart. Forces are means over steps, read with the
-slopes of `impactlab.numerics.slopes`; those of hard contacts are linear between the middles of steps. Each run of a
-study is read once, however many others it is compared with.
+several steps apart. Forces are means over steps, read with the slopes of `impactlab.numerics.slopes`; those of hard
+contacts are linear between the middles of steps. Each run of a study is read once, however many others it is compared
+with.
 """
 
 from __future__ import annotations
