@@ -118,20 +118,23 @@ if COMPILED:
         word.set_metadata("invariant.load", builder.module.add_metadata([]))
         return word
 
+    def bytes_of(entry: Any) -> int:
+        """Return the size of an entry of an array; numba would have LLVM read a module for each [bytes]."""
+        return int(entry.size if isinstance(entry, types.Record) else entry.bitwidth // 8)
+
     def field_of(context: Any, builder: Any, kind: TableType, table: Any, field: str) -> Any:
         """Return a field of a table.
 
         It is an array over memory that it does not own, or an integer.
         """
-        from numba.np.arrayobj import get_itemsize, populate_array
+        from numba.np.arrayobj import populate_array
 
         place, of = kind.places[field]
         if not isinstance(of, types.Array):
             return word_at(builder, table, place)
-        size: Any = get_itemsize
         fill: Any = populate_array
         made = context.make_array(of)(context, builder)
-        item = context.get_constant(types.intp, size(context, of))
+        item = context.get_constant(types.intp, bytes_of(of.dtype))
         shape = [word_at(builder, table, place + 1 + axis) for axis in range(of.ndim)]
         strides = [item]
         for length in shape[:0:-1]:
