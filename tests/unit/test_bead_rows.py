@@ -170,6 +170,13 @@ def test_a_mass_between_three_others_has_one_contact_of_a_row_on_each_side() -> 
     same(solved(given, True), solved(given, False))
 
 
+def test_the_names_of_a_row_are_listed_once_however_often_they_are_read() -> None:
+    # Listed anew for each channel, they would make the files of a chain take the square of its length.
+    found = bead_rows(prepare(*tapered(Hertz(7.0e9))))
+    assert found.contacts is found.contacts
+    assert found.beads is found.beads
+
+
 @pytest.mark.parametrize("law", [Hertz(300.0), Hertz(300.0, 2.0)], ids=["3/2", "2"])
 def test_blocks_at_rest_of_a_long_row_are_woken_from_either_side(law: Hertz) -> None:
     """Struck at both ends and before a boundary of blocks, with gaps; a rod strikes the last bead."""

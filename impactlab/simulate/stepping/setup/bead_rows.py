@@ -6,6 +6,7 @@ They are rigid masses, each in contact with the next by a law that is a power of
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
 
@@ -31,6 +32,7 @@ from impactlab.simulate.stepping.arrays import (
     V,
 )
 from impactlab.simulate.stepping.beads import BLOCK
+from impactlab.startup.cached import cached_property
 from impactlab.types import Array, Ints, PowerForce
 
 
@@ -46,18 +48,19 @@ class BeadRow(NamedTuple):
     right_wall: bool
 
 
-class BeadRows(NamedTuple):
+@dataclass(frozen=True)
+class BeadRows:
     """All rows of a scene, and their contacts' forces by number of the contact."""
 
     rows: list[BeadRow]
     forces: Mapping[int, PowerForce]
 
-    @property
+    @cached_property
     def beads(self) -> list[str]:
         """Names of all beads, row after row."""
         return [name for row in self.rows for name in row.beads]
 
-    @property
+    @cached_property
     def contacts(self) -> list[int]:
         """Numbers of all contacts in rows, in the order of the loop."""
         return [number for row in self.rows for number in row.contacts]
