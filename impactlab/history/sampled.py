@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from impactlab.errors import ImpactlabError, closest
 from impactlab.history.arguments import END_ROUNDING, one_time, places_on, within_run
 from impactlab.history.base import (
+    FIELD_POINTS,
     AbstractHistory,
     BranchChange,
     ContactSpan,
@@ -29,7 +30,7 @@ from impactlab.history.base import (
     instants_around,
 )
 from impactlab.history.instruments import Measured, measure, measured_signals, probe_of
-from impactlab.history.sampling import frame_times, page_times
+from impactlab.history.sampling import frame_times, page_times, places_in_file
 from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Probe
@@ -203,26 +204,31 @@ def channels_of(history: AbstractHistory) -> list[str]:
 
 
 def body_fields(history: AbstractHistory) -> dict[str, BodyFields]:
-    """Return the fields of each body at the frames of a page and at snapshots."""
-    fields = {}
-    for name, body in history.scene.elastic.items():
-        times = history.field_times(name)
+    """Return the fields of each body at the frames of a page and at snapshots.
+
+    Of many continuous rods they have fewer places (`places_in_file`).
+    """
+    fields, elastic = {}, history.scene.elastic
+    count = places_in_file(sum(len(kept_quantities(body)) for body in elastic.values()), FIELD_POINTS)
+    for name, body in elastic.items():
+        times, places = history.field_times(name), None
         if times is None:
             times = np.union1d(
                 frame_times(history.duration), [t for t in history.scene.snapshots if t <= history.duration]
             )
-        kept = _fields_of(history, body, times)
+            places = np.linspace(0.0, body.length, count) if count < FIELD_POINTS else None
+        kept = _fields_of(history, body, times, places)
         if kept is not None:
             fields[name] = kept
     return fields
 
 
-def _fields_of(history: AbstractHistory, body: ElasticBody, times: Array) -> BodyFields | None:
+def _fields_of(history: AbstractHistory, body: ElasticBody, times: Array, places: Array | None) -> BodyFields | None:
     values = {}
     x = np.zeros(0)
     for quantity in kept_quantities(body) if times.size else ():
         try:
-            x, values[quantity] = history.fields_at(body.name, times, quantity)
+            x, values[quantity] = history.fields_at(body.name, times, quantity, places)
         except ImpactlabError:  # a body with a quantity at its contacts and probes only
             continue
     return BodyFields(times, x, values) if values else None

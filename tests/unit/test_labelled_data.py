@@ -242,6 +242,22 @@ def test_a_file_of_few_channels_has_all_instants_and_one_of_many_has_enough() ->
     assert file_times(1.0, 10**7).size == 101
 
 
+def test_the_fields_of_many_rods_have_fewer_places_in_a_file_and_the_same_values_there(
+    struck: AbstractHistory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole, kept = tmp_path / "whole.nc", tmp_path / "kept.nc"
+    struck.to_netcdf(whole)
+    quantities = 3  # displacement, velocity and stress of one rod
+    monkeypatch.setattr(sampling, "MAX_FIELDS", 21 * quantities * (sampling.FRAMES + 1))
+    struck.to_netcdf(kept)
+    assert xarray.open_dataset(whole).sizes["place"] == 401
+    assert xarray.open_dataset(kept).sizes["place"] == 21
+    found = open_netcdf(kept).field("rod", struck.duration, "stress")
+    assert np.array_equal(found.x, np.linspace(0.0, 0.3, 21))
+    assert np.array_equal(found.values, struck.field("rod", struck.duration, "stress", found.x).values)
+    assert sampling.places_in_file(10**9, 401) == sampling.MIN_PLACES
+
+
 def test_the_text_of_a_history_says_what_it_is(struck: AbstractHistory) -> None:
     text = repr(struck)
     assert text.startswith("<ContinuousHistory of 'axial_impact', method 'continuous': 0.000349121 s, ")

@@ -18,6 +18,7 @@ from impactlab.exact.setup.build import junctions
 from impactlab.history.frame import frames, groups
 from impactlab.printing import counted
 from impactlab.report.figures.drawn_part import MAX_DRAWN, drawn_part
+from impactlab.report.figures.stage import layout
 from impactlab.simulate.plan import prepare
 from tests.solving import in_steps, mesh
 
@@ -105,6 +106,22 @@ def test_a_page_draws_contacts_spread_over_the_case() -> None:
     assert all(point.body in part.bodies for contact in part.contacts for point in (contact.left, contact.right))
     assert words
     assert drawn_part(part) == (part, "")
+
+
+def test_a_page_of_many_rods_draws_the_beginning_of_their_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    rod = {"length": "0.25 m", "area": "2 cm^2", "material": "steel"}
+    bodies = {"first": il.Rod(**rod, velocity=1.0), "bar": il.Rod(**rod, repeat=MAX_DRAWN + 20)}
+    row = [il.Chain(["first", "bar"], {"kind": "wave_identification"})]
+    scene = il.Case(bodies=bodies, contacts=row, solve={"duration": "0.1 ms", "model": {"kind": "continuous"}}).scene()
+    assert drawn_part(scene) == (scene, "")  # waves pass through all of them
+    most = MAX_DRAWN + 10
+    monkeypatch.setattr("impactlab.report.figures.drawn_part.MAX_RODS", most)
+    part, words = drawn_part(scene)
+    assert part.contacts == scene.contacts[:most]
+    assert list(part.bodies) == ["first", *(f"bar_{i}" for i in range(1, most + 1))]
+    assert f"{most} of {MAX_DRAWN + 20} contacts" in words
+    places = layout(part)
+    assert places[f"bar_{most}"].x == pytest.approx(0.25 * most)  # end to end, without lanes between them
 
 
 def test_like_beads_share_their_description_and_others_do_not() -> None:

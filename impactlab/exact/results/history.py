@@ -49,6 +49,7 @@ else:  # compiled code, needed only where faces have touched
     periods = lazy("impactlab.exact.periods")
 
 MIN_JUMP = 1.0e-9  # of the largest velocity: smaller ones are rounding
+MAX_TOGETHER = 50_000  # values of fields that are computed at once: some passes over them stay in the cache
 
 
 class ContinuousHistory(AbstractHistory):
@@ -332,6 +333,10 @@ class ContinuousHistory(AbstractHistory):
         return float(np.diff(self.force(contact).integral(np.array([0.0, max(0.0, time)]), False))[0])
 
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
+        places, rows = self.fields_at(body, [one_time(t, self.duration)], quantity, x)
+        return Field(places, rows[0])
+
+    def fields_at(self, body: str, times: ArrayLike, quantity: str, x: ArrayLike | None = None) -> Field:
         rods = self.layout.links
         links = rods.get(str(body), ())
         if not links:
@@ -348,14 +353,15 @@ class ContinuousHistory(AbstractHistory):
         read, factor = self.scene.bodies[body].reading(quantity)
         length = self.scene.bodies[body].length
         x = np.linspace(0.0, length, FIELD_POINTS) if x is None else places_on(self.scene.bodies[body], x)
-        values = np.empty_like(x)
-        time = one_time(t, self.duration)
+        t = within_run(times, self.duration).reshape(-1, 1)
+        values = np.empty((t.size, x.size))
+        blocks = np.array_split(t, max(1, values.size // MAX_TOGETHER))
         starts = np.array([link.x for link in links])
         numbers = np.searchsorted(starts[1:], x + PLACE_ROUNDING * length, side="right")  # at a boundary the right link
         for number, link in enumerate(links):
             mine = numbers == number
-            ways = np.clip((x[mine] - link.x) / link.segment.wave_speed, 0.0, link.transit)
-            values[mine] = factor * self._wave(np.full(ways.size, time), read, Place(link, ways))
+            place = Place(link, np.clip((x[mine] - link.x) / link.segment.wave_speed, 0.0, link.transit))
+            values[:, mine] = factor * np.concatenate([self._wave(some, read, place) for some in blocks])
         return Field(x, values)
 
     def turning_times(self, channel: str) -> Array:

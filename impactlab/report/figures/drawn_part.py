@@ -1,6 +1,7 @@
 """The drawn part of a scene with many contacts.
 
-It has contacts spread over the scene, and their bodies.
+It has contacts spread over the scene, and their bodies; of many rods it has those at the beginning of the row, so that
+waves can be followed from one to the next.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
 MAX_DRAWN = 40  # contacts of a page: a figure of more is no longer read
+MAX_RODS = 250  # contacts of a row of rods: the waves in shorter rods would be no wider than a line
 
 
 def drawn_energies(book: EnergyBook) -> Mapping[str, Array]:
@@ -38,18 +40,21 @@ class DrawnPart(NamedTuple):
 def drawn_part(scene: Scene) -> DrawnPart:
     """Return the part of a scene that is drawn.
 
-    It has at most `MAX_DRAWN` contacts, the bodies that they join, and those of probes.
+    It has at most `MAX_DRAWN` contacts, the bodies that they join, those of probes and all rods and beams; where these
+    are more than `MAX_DRAWN` themselves, it has the first `MAX_RODS` contacts.
     """
-    count = len(scene.contacts)
-    if count <= MAX_DRAWN:
+    count, is_row = len(scene.contacts), len(scene.elastic) > MAX_DRAWN
+    most = MAX_RODS if is_row else MAX_DRAWN
+    if count <= most:
         return DrawnPart(scene, "")
-    numbers = np.unique(np.linspace(0, count - 1, MAX_DRAWN).round().astype(int))
+    numbers = range(most) if is_row else np.unique(np.linspace(0, count - 1, most).round().astype(int))
     contacts = tuple(scene.contacts[number] for number in numbers)
-    named = {point.body for contact in contacts for point in contact.faces}
-    named |= {probe.body for probe in scene.probes} | set(scene.elastic)
+    named = {point.body for contact in contacts for point in contact.faces} | {probe.body for probe in scene.probes}
+    named |= set() if is_row else set(scene.elastic)
     bodies = {name: body for name, body in scene.bodies.items() if name in named or body.changes}
+    which = "the first of the case" if is_row else "spread over the case"
     words = (
-        f"{len(contacts)} of {count} contacts and {len(bodies)} of {len(scene.bodies)} bodies, spread over the case; "
+        f"{len(contacts)} of {count} contacts and {len(bodies)} of {len(scene.bodies)} bodies, {which}; "
         "summary.json, contacts.csv and history.npz have all"
     )
     return DrawnPart(dataclasses.replace(scene, contacts=contacts, bodies=bodies), words)
