@@ -163,7 +163,8 @@ def histories_of(
     if plots.differences(shown):
         words = (
             "The largest difference of a displacement from the reference so far, in % of its largest "
-            "value: a curve rises when its method becomes inaccurate."
+            "value: a curve rises when its method becomes inaccurate. Of many masses and faces, those with the largest "
+            "differences."
         )
         draw = partial(plots.difference, shown, scene)
         plates.append(PageFigure("difference", "Growth of the difference", words, draw, is_printed=not compared))

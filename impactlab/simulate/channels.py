@@ -25,7 +25,7 @@ from impactlab.numerics.interpolation import Between, between, cubic, interpolat
 from impactlab.numerics.slopes import slopes
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Contact, Scene
-from impactlab.simulate.field_rows import FieldRows, rows_of
+from impactlab.simulate.field_rows import FieldRows, rows_of, snapshots_at
 from impactlab.simulate.planning.contact_facts import ContactFacts
 from impactlab.simulate.planning.preparation import BuiltBody
 from impactlab.startup.cached import cached_property
@@ -91,7 +91,6 @@ SAME_PLACE = 1e-9  # of a body's length: a place this near to a face is the face
 MIN_LOCATED = 1000  # instants, from which on their steps are kept: for fewer a comparison takes longer than the search
 MAX_TOGETHER = 50_000  # values of channels that are read at once: some passes over them stay in the cache
 PER_STEP = 8  # instants in the rest of a step, at which a force is integrated
-MAX_LISTED = 12  # times in a message
 MAX_NAMED = 60  # channels in a message: of thousands of beads there are six each
 # Fields that refer to the memory of a run.
 OF_THE_RUN = ("assembly", "_record", "_channels", "_last_bead_gaps", "_located", "_lying")
@@ -307,24 +306,25 @@ class AbstractRecordedHistory(AbstractHistory):
         return self._snapshots
 
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
+        places, values = self.fields_at(body, [one_time(t, self.duration)], quantity, x)
+        return Field(places, values[0])
+
+    def fields_at(self, body: str, times: ArrayLike, quantity: str, x: ArrayLike | None = None) -> Field:
         self._check_body(body)
-        time = one_time(t, self.duration)
         read, factor = self.scene.bodies[body].reading(quantity)
-        times = self._snapshots
-        number = int(np.argmin(np.abs(times - time))) if times.size else 0
-        if not times.size or abs(times[number] - time) > END_ROUNDING * self.duration:
-            text = f"no snapshot at t = {time:.6g} s; snapshots: {_listed(times)}"
-            raise ImpactlabError(text, remedy=_to_have(time, times), path="snapshots")
+        numbers = snapshots_at(within_run(times, self.duration).ravel(), self._snapshots, END_ROUNDING * self.duration)
         places, rows, delays = self._rows_at(body, read, x)
-        values = rows.times(self._motion(number, body, read == "velocity"))
+        of_rates = [read == "velocity"] if delays is None else [read == "velocity", True]
+        motions = [np.array([self._motion(number, body, rate) for number in numbers.tolist()]) for rate in of_rates]
+        values = rows.times(motions[0])
         if delays is not None:
-            values += delays * rows.times(self._motion(number, body, True))
+            values += delays * rows.times(motions[1])
         if read == "displacement":
-            self._press(values, places, body, float(times[number]))
+            self._press(values, places, body, self._snapshots[numbers])
         return Field(places.copy(), factor * values)
 
-    def _press(self, values: Array, places: Array, body: str, time: float) -> None:
-        """Set displacements at faces that a contact presses in beyond their coordinates.
+    def _press(self, values: Array, places: Array, body: str, times: Array) -> None:
+        """Set displacements (times, places) at faces that a contact presses in beyond their coordinates.
 
         They are those of the channels of the faces. The channel of a run that keeps every step is as exact as the
         coordinates; in others it counts at faces without mass alone, where the compliance beyond the coordinates is
@@ -337,7 +337,7 @@ class AbstractRecordedHistory(AbstractHistory):
             if at.size == 0 or channel not in self.recorded or built.model.left_out(x, "displacement", x) <= 0.0:
                 continue
             if x in dict(built.system.massless) or self._keeps_every_step(channel):
-                values[at] = self.evaluate(time, channel)
+                values[:, at] = self.evaluate(times, channel)[:, None]
 
     def _keeps_every_step(self, channel: str) -> bool:
         times = self.recorded[channel].times
@@ -380,20 +380,3 @@ def _on_slopes(means: Array, slope: Array, after: Array, pulls: bool) -> Array:
     """
     sloped = means + slope * after
     return np.asarray(sloped if pulls else np.maximum(sloped, np.minimum(means, 0.0)))
-
-
-def _to_have(time: float, times: Array) -> str:
-    """Return the remedy for a field at a time without a snapshot.
-
-    Of many snapshots the nearest one is named.
-    """
-    if len(times) <= MAX_LISTED:
-        return "Add the time to 'snapshots', or give equal ones: snapshots: {count: 200}."
-    nearest = float(times[np.argmin(np.abs(times - time))])
-    return f"Take the nearest, {nearest:.6g} s, add the time to 'snapshots', or read all: history.to_xarray()."
-
-
-def _listed(times: Array) -> str:
-    """Return times for people: the first and last of many."""
-    texts = [f"{time:.6g}" for time in times]
-    return ", ".join(texts if len(texts) <= MAX_LISTED else [*texts[:3], "...", texts[-1]]) or "none"

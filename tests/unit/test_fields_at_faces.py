@@ -10,6 +10,7 @@ import pytest
 
 import impactlab as il
 from impactlab.simulate import channels
+from impactlab.types import Quantity
 from tests.solving import run_case
 
 TIMES = (2.0e-5, 5.05e-5, 1.0e-4)
@@ -50,6 +51,21 @@ def test_the_field_of_a_rod_holds_the_offset_of_its_massless_face(records: int) 
     for t in TIMES:
         known = float(history.evaluate(t, "displacement:b@0"))
         assert history.field("b", t, "displacement").values[0] == pytest.approx(known, rel=1e-12)
+
+
+@pytest.mark.parametrize("quantity", ["displacement", "velocity", "stress"])
+def test_fields_of_a_mesh_at_many_times_are_those_of_each_time(quantity: Quantity) -> None:
+    """The rod is viscous, so that its stress follows from strains and their rates."""
+    rod = il.Rod(length=1.0, diameter=0.02, material={"young": 2e11, "density": 7850.0, "viscosity": 1e6})
+    model = {"kind": "finite_element", "elements": 60, "mass": "redistributed"}
+    history = snapshots(rod, "b.left", model, "addition_deletion")
+    for x in (None, [0.0, 0.37, 1.0]):
+        found = history.fields_at("b", TIMES[::-1], quantity, x)
+        each = [history.field("b", t, quantity, x).values for t in TIMES[::-1]]
+        np.testing.assert_array_equal(found.values, each)
+        assert np.ptp(found.values) > 0.0
+    with pytest.raises(il.ImpactlabError, match=r"no snapshot at t = 3e-05 s; snapshots: 2e-05, 5\.05e-05, 0\.0001"):
+        history.fields_at("b", [2e-5, 3e-5, 4e-5], quantity)
 
 
 def test_places_of_a_field_that_are_changed_leave_the_next_one_as_it_is() -> None:

@@ -217,9 +217,9 @@ class RecordedHistory(AbstractRecordedHistory):
         late = (1.0 - self._integrator.velocity_point) * length if velocities else 0.0
         share = (self.scene.field_times[number] - snapshot.before + late) / length if length > 0.0 else 1.0
         one, other = (self.assembly.layout.state_of(body, state, velocities) for state in states)
-        phased = [name for name, each in self.built.items() if each.system.phases is not None]
-        if body not in phased:
+        if self.built[body].system.phases is None:
             return (1.0 - share) * one + share * other
+        phased = [name for name, each in self.built.items() if each.system.phases is not None]
         both = np.zeros((2, one.size))  # in the coordinates of either phase: see `_row`
         bit = phased.index(body)
         both[snapshot.closed_before >> bit & 1] += (1.0 - share) * one
