@@ -29,7 +29,6 @@ from impactlab.testing.strategies import log_uniform, mirrored
 
 pytestmark = pytest.mark.slow
 quick = settings(max_examples=15, deadline=None, print_blob=True)
-half = settings(max_examples=25)
 
 
 def pieces() -> st.SearchStrategy[Segment]:
@@ -129,7 +128,6 @@ def solved(scene: Simulation) -> AbstractHistory:
 
 
 @quick
-@half
 @given(rows())
 def test_energy_of_a_row_is_kept_or_booked(scene: Simulation) -> None:
     history = solved(scene)
@@ -144,7 +142,6 @@ def test_energy_of_a_row_is_kept_or_booked(scene: Simulation) -> None:
 
 
 @quick
-@half
 @given(rows())
 def test_no_contact_closes_before_its_first_arrival(scene: Simulation) -> None:
     """Stepped runs leave out touches before it: it may not be later than the exact closing."""
@@ -156,7 +153,6 @@ def test_no_contact_closes_before_its_first_arrival(scene: Simulation) -> None:
 
 
 @quick
-@half
 @given(rows(held=False))
 def test_a_row_that_nothing_holds_keeps_its_momentum(scene: Simulation) -> None:
     t = np.linspace(0.0, scene.scene.duration, 13)
@@ -166,7 +162,6 @@ def test_a_row_that_nothing_holds_keeps_its_momentum(scene: Simulation) -> None:
 
 
 @quick
-@half
 @given(rows(), st.floats(0.01, 0.99))
 def test_mirrored_row_mirrored_motion(scene: Simulation, share: float) -> None:
     one, other = solved(scene), solved(mirrored(scene))
