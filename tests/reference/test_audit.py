@@ -213,7 +213,7 @@ def test_references_of_the_first_order_do_not_claim_the_second(family: str, numb
     assert 0.0 < row["true"] <= row["claimed"]
 
 
-COSTLY = {"beam": 3, "damped": 4}  # scenes of families whose truth takes seconds
+COSTLY = {"beam": 2, "damped": 3}  # scenes of families whose truth takes seconds
 
 
 @pytest.mark.parametrize("family", list(families.FAMILIES))
