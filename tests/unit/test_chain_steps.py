@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from impactlab.integrators import central_difference
@@ -45,7 +45,6 @@ def chain_of(pieces: list[tuple[int, float, float]], seed: int) -> tuple[np.ndar
 @pytest.mark.parametrize(
     ("step", "energy_of"), [(step_chain, energy_of_chain), (step_compiled, energy_compiled)], ids=["plain", "compiled"]
 )
-@settings(max_examples=25)
 @given(pieces=PIECES, seed=st.integers(0, 2**31))
 def test_one_pass_is_the_step_of_the_matrix(
     step: Step, energy_of: Energy, pieces: list[tuple[int, float, float]], seed: int
