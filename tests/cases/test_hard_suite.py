@@ -52,10 +52,10 @@ SHORTER: dict[tuple[str, str], Any] = {
 
 
 def is_run(file: Path, variants: list[str], variant: str, method: str) -> bool:
-    """Return whether a scene is run by a method: scenes of a file in turn by each third; two by halves, one by all."""
+    """Return whether a scene is run by a method: scenes of a file in turn by a quarter of them; one alone by all."""
     if (file.stem, variant, method) in LONG or (file.stem, variant) in LONGER:
         return False
-    turns = min(3, len(variants))
+    turns = min(4, len(variants))
     return variants.index(variant) % turns == METHODS.index(method) % turns
 
 

@@ -57,8 +57,8 @@ def test_a_cell_completes_or_is_refused_with_reason_and_remedy(model: str, law: 
     assert hopeless or found.status != "failed", found.text
 
 
-def every_eleventh() -> list[matrix.Cell]:
-    """Return an eleventh of the cells: each pair of model and law, of law and scheme, of model and scheme is met.
+def every_thirteenth() -> list[matrix.Cell]:
+    """Return a thirteenth of the cells: each pair of model and law, of law and scheme, of model and scheme is met.
 
     `python -m studies matrix`, which writes docs/matrix.md, runs all of them.
     """
@@ -66,20 +66,20 @@ def every_eleventh() -> list[matrix.Cell]:
     return [
         cell
         for cell in matrix.cells()
-        if sum(axis.index(part) for axis, part in zip(axes, cell, strict=True)) % 11 == 0
+        if sum(axis.index(part) for axis, part in zip(axes, cell, strict=True)) % 13 == 0
     ]
 
 
-def test_an_eleventh_of_the_cells_meets_every_pair() -> None:
+def test_a_thirteenth_of_the_cells_meets_every_pair() -> None:
     """Of cells that exist: a beam has no bases of rods, say."""
     for first, second in ((0, 1), (1, 2), (0, 2)):
-        pairs = [{(cell[first], cell[second]) for cell in cells} for cells in (every_eleventh(), matrix.cells())]
+        pairs = [{(cell[first], cell[second]) for cell in cells} for cells in (every_thirteenth(), matrix.cells())]
         assert pairs[0] == pairs[1]
 
 
 @pytest.mark.slow
 def test_no_cell_crashes_hangs_or_returns_a_number_that_is_not_finite() -> None:
-    cells = every_eleventh()
+    cells = every_thirteenth()
     found = matrix.run_all(cells, TRIPS, timed=False)
     assert set(found) == set(cells)
     for cell, each in found.items():

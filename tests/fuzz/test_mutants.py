@@ -25,7 +25,7 @@ def escaped(rows: list[Row]) -> list[Row]:
 @pytest.mark.slow
 def test_mutants_are_accepted_or_refused() -> None:
     """All were answered, in little memory, and both answers occur."""
-    rows = fuzz(SEED, COUNT, jobs=2)
+    rows = fuzz(SEED, COUNT, jobs=1)
     assert [row["number"] for row in rows] == list(range(COUNT))
     assert not escaped(rows), escaped(rows)[0]
     assert max(row["megabytes"] for row in rows) <= LARGEST_MB
@@ -35,5 +35,5 @@ def test_mutants_are_accepted_or_refused() -> None:
 @pytest.mark.slow
 def test_mutants_run_or_fail_with_a_word() -> None:
     count = COUNT // 5
-    rows = fuzz(SEED, count, jobs=2, runs=True)
+    rows = fuzz(SEED, count, jobs=1, runs=True)
     assert not escaped(rows), escaped(rows)[0]

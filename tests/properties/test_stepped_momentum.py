@@ -61,7 +61,7 @@ def test_momentum_given_is_momentum_taken_is_the_reported_impulse(scene: Simulat
 
 
 @pytest.mark.slow
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(scenes(steps=800))
 def test_momentum_given_is_momentum_taken_in_many_scenes(scene: Simulation) -> None:
     try:

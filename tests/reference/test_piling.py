@@ -383,19 +383,19 @@ def test_matching_is_not_caught_by_the_ringing_of_the_pile(on_160: il.Case, solv
 
 @pytest.mark.slow
 def test_matching_under_noise(on_160: il.Case) -> None:
-    """2 % noise on the velocity, 12 seeds: the capacity within 1 % in all, within its 95 % interval in at least 10.
+    """2 % noise on the velocity, 6 seeds: the capacity within 1 % in all, within its 95 % interval in at least 5.
 
     On 40 elements: the noise is that of a sample, and with a quarter of the samples the same 1 % is asked of less. The
     search begins with the true soil: others end there, too (`test_matching_on_its_own_blow_gives_the_soil_back`).
     """
     case = on_160.with_settings({"solve.model.elements": 40, "contacts.2.pieces": 3})
     head, inside = blow(case).head, 0
-    for seed in range(12):
+    for seed in range(6):
         noise = 0.02 * np.abs(head.velocity).max() * np.random.default_rng(seed).standard_normal(head.time.size)
         found = match(case, head.time, head.force, head.velocity + noise, list(SOIL)).capacity
         assert found.value == pytest.approx(1.5e6, rel=0.01)
         inside += found.lower <= 1.5e6 <= found.upper
-    assert inside >= 10  # fewer of 12 with a chance of 2 %
+    assert inside >= 5  # fewer of 6 with a chance of 3 %
 
 
 @pytest.mark.slow

@@ -50,12 +50,11 @@ def run(folder: Path, entry: str) -> list[str]:
     return done.stdout.split("\n")
 
 
-def test_a_part_has_no_machine_code_and_one_that_python_calls_has(tmp_path: Path) -> None:
+def test_a_part_has_no_machine_code_and_from_disk_serves_another_caller(tmp_path: Path) -> None:
+    """One that Python calls has machine code.
+
+    Of the second process the entry comes from disk, the third compiles another one with the part from disk.
+    """
     assert run(tmp_path, "first")[:2] == ["19.5 4.5", "[True] [False] 0"]
-
-
-def test_a_part_from_disk_serves_another_caller(tmp_path: Path) -> None:
-    """Of the second process the entry comes from disk, the third compiles another one with the part from disk."""
-    run(tmp_path, "first")
     assert run(tmp_path, "first")[:2] == ["19.5 4.5", "[] [False] 0"]
     assert run(tmp_path, "second")[:2] == ["24.0 4.5", "[True] [False] 1"]
