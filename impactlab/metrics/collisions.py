@@ -323,31 +323,6 @@ def _largest_gap(history: AbstractHistory, contact: str, openings: Sequence[tupl
     return max(0.0, float(np.max(history.evaluate(t, f"gap:{contact}"))))
 
 
-def in_si(value: float, unit: str) -> str:
-    """Return a value with its unit, without a prefix."""
-    return f"{value:.6g} {unit}"
-
-
-def sentence(each: Mapping[str, Any], number: Callable[[float, str], str] = in_si) -> str:
-    """Return a collision of a summary in one line; ``number`` writes values with units."""
-    ended = each["end"] is not None
-    until = f"to {number(each['end'], 's')}" if ended else "on, still in contact at the end of the run"
-    parts = [
-        f"{each['bodies']}: {counted(each['sub_impacts'], 'sub-impact')}, {number(each['start'], 's')} {until}",
-        f"impulse {number(each['impulse'], 'N s')}",
-    ]
-    if each["restitution"] is not None:
-        parts.append(f"apparent restitution {each['restitution']:.4g}")
-    elif ended:
-        parts.append(f"no restitution: {each['no_restitution']}")
-    if each["restitution"] is not None and each["energy_lost"] is not None:
-        verb = "loses" if each["energy_lost"] >= 0.0 else "gains"
-        parts.append(f"{each['striker']} {verb} {number(abs(each['energy_lost']), 'J')}")
-    if (each["largest_gap"] or 0.0) > MIN_GAP:
-        parts.append(f"gaps up to {number(each['largest_gap'], 'm')}")
-    return ", ".join(parts)
-
-
 def agreements(rows: Iterable[tuple[str, Mapping[str, Any]]]) -> list[dict[str, Any]]:
     """Return the sub-impacts of each pair of bodies in several summaries, by method.
 
