@@ -104,7 +104,7 @@ def write_page(
         chained=bool(mechanism.chains(scene)),
         elastic=bool(scene.elastic),
         facts=_facts(page, scene, left_out),
-        trip=facts.si(scene.round_trip, "s") if page.command == "compare" and math.isfinite(scene.round_trip) else "",
+        trip=facts.trip(scene) if page.command == "compare" and math.isfinite(scene.round_trip) else "",
         headings=page_headings(page.table),
         rows=page_rows(page.table),
         table_caption=facts.table_caption(references[0] if references else ""),
