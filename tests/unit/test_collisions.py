@@ -483,7 +483,7 @@ def test_a_ball_that_loses_nothing_gains_no_rounding(stiffness: float) -> None:
 
 
 def test_many_collisions_without_a_restitution_are_counted_in_one_sentence() -> None:
-    """Beads of a chain touch both neighbours at once; those that are still pressed at the end have lines of their own."""
+    """Beads of a chain touch both neighbours at once; those still pressed at the end have lines of their own."""
     case = il.Case(
         bodies={"striker": il.Mass("4.11 g", velocity=1.0), "bead": il.Mass("4.11 g", repeat=20)},
         contacts=[il.Chain(["striker", "bead"], {"kind": "hertz", "stiffness": 7.69e9})],

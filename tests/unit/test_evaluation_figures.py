@@ -99,7 +99,9 @@ def test_the_bands_of_a_chain_of_one_and_of_two_masses_are_those_in_closed_form(
     assert gap == pytest.approx(tuple(math.sqrt(2.0 * each / m) / (2.0 * math.pi) for each in (spring, 4.0 * spring)))
     axes = two.plot().axes[0]
     assert len(axes.patches) == 1
-    assert [text.get_text() for text in axes.texts] == [f"no waves from {1e-3 * edges[0]:.3g} to {1e-3 * edges[1]:.3g} kHz"]
+    assert [text.get_text() for text in axes.texts] == [
+        f"no waves from {1e-3 * edges[0]:.3g} to {1e-3 * edges[1]:.3g} kHz"
+    ]
 
 
 @pytest.mark.parametrize(

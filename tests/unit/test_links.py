@@ -448,7 +448,7 @@ def test_an_exact_run_without_room_offers_a_tolerance_where_it_can_help(
 
 
 def test_an_exact_run_without_room_ends_before_its_waves_are_sampled(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Sampling them takes far longer than the march, and the run ends all the same: 1.4 s in place of 45 s in 200 MB."""
+    """Sampling them takes longer than the march, and the run ends all the same: 1.4 s in place of 45 s in 200 MB."""
     monkeypatch.setattr("impactlab.exact.solve.memory_limit", lambda: 2e7)
 
     def sampled(*_: Any) -> None:

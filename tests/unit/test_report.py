@@ -455,5 +455,5 @@ def test_many_bodies_and_contacts_that_are_alike_are_said_once():
 
 @pytest.mark.parametrize(("name", "said"), [("two_rods", "194 µs, in 'target'"), ("axial_impact", "116.4 µs")])
 def test_the_unit_of_time_names_its_body_where_there_are_several(name: str, said: str) -> None:
-    told = dict(scene_facts(il.load_case(name).scene()))
+    told = dict(scene_facts(load_case(name).scene()))
     assert told["T, round trip of a wave"].replace("\N{NO-BREAK SPACE}", " ") == said

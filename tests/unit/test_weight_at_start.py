@@ -142,7 +142,12 @@ def test_a_rod_of_several_pieces_and_a_collar_on_it_start_in_equilibrium(solve: 
 
     def made(shape: str | None, gap: float, low: float) -> il.Case:
         rod = il.Rod(segments=segments, ends={"left": "free", "right": "clamped"}, displacement=shape)
-        bodies = {"hammer": il.Mass(1.0, velocity=0.5), "weight": il.Mass(WEIGHT), "collar": il.Mass(collar), "rod": rod}
+        bodies = {
+            "hammer": il.Mass(1.0, velocity=0.5),
+            "weight": il.Mass(WEIGHT),
+            "collar": il.Mass(collar),
+            "rod": rod,
+        }
         contacts = [
             il.Contact("hammer", "weight", {"kind": "penalty", "stiffness": 1e7}, gap=1e-4),
             il.Contact("weight", "rod.left", SPRING, gap=gap, overlap="allowed"),

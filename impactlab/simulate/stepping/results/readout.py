@@ -111,8 +111,8 @@ def opened_in_first_step(assembly: Assembly, raw: Sequence[Any], acts: float) ->
         return
     early = {int(place) for each in raw for place in each["contact"][each["time"] < acts]}
     for number, force in starts.items():
-        place = layout.places[number]
-        if force > 0.0 and place not in early and not assembly.acting.laws[layout.scene.contacts[number].name].two_sided:
+        place, law = layout.places[number], assembly.acting.laws[layout.scene.contacts[number].name]
+        if force > 0.0 and place not in early and not law.two_sided:
             yield 0.0, place, CLOSE, 0.0, 0.0, 0.0
             yield acts, place, OPEN, 0.0, 0.0, force
 
