@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from importlib import import_module
+from typing import Any
 
 
 def load_matplotlib() -> None:
@@ -13,8 +15,7 @@ def load_matplotlib() -> None:
     """
     if "matplotlib.figure" in sys.modules:
         return
-    from matplotlib import artist
-
+    artist: Any = import_module("matplotlib.artist")
     tables, artist.kwdoc = artist.kwdoc, lambda _: ""
     try:
         from matplotlib import figure  # noqa: F401
