@@ -18,6 +18,7 @@ from impactlab.casefile.case import Case, case_of
 from impactlab.casefile.document import parse_yaml
 from impactlab.errors import ImpactlabError, expect_path
 from impactlab.history import dataset as data
+from impactlab.history import netcdf
 from impactlab.history.base import AbstractHistory, ContactSpan
 from impactlab.history.instruments import instrumented, measured_file
 from impactlab.history.sampled import SampledHistory
@@ -61,19 +62,19 @@ def write_netcdf(
     Raises
     ------
     ExtraError
-        Without xarray or h5netcdf.
+        Without h5netcdf.
     """
     expect_path(path, "to_netcdf")
     known = history.case.label if history.case is not None else history.scene.name
     times = file_times(history.duration, len(history.channels()))
-    kept = data.to_xarray(history, times)
-    kept.attrs["summary"] = json.dumps(summary if summary is not None else summarise(known, history.scene, history))
-    kept.attrs["texts"] = json.dumps(dict(texts or {}))
-    data.write(Path(path), kept)
+    about = {
+        "summary": json.dumps(summary if summary is not None else summarise(known, history.scene, history)),
+        "texts": json.dumps(dict(texts or {})),
+    }
+    netcdf.write(Path(path), data.labelled_arrays(history, times), about)
     if reference is not None:
-        group = data.to_xarray(reference.history, times)
-        group.attrs["reference"] = json.dumps([reference.name, *reference[2:]], default=dict)
-        data.write(Path(path), group, data.REFERENCE)
+        of_errors = {"reference": json.dumps([reference.name, *reference[2:]], default=dict)}
+        netcdf.write(Path(path), data.labelled_arrays(reference.history, times), of_errors, data.REFERENCE)
 
 
 def open_netcdf(path: str | Path) -> SampledHistory:
@@ -165,6 +166,6 @@ def write_data(
     It is None if a library of NetCDF is missing.
     """
     write_tables(folder, history)
-    if not all(find_spec(name) is not None for name in ("xarray", "h5netcdf", "h5py")):
+    if not all(find_spec(name) is not None for name in ("h5netcdf", "h5py")):
         return None
     return partial(write_netcdf, folder / NETCDF, history, summary, reference, texts)

@@ -16,9 +16,9 @@ from impactlab.errors import CaseError, PairingError, StepError
 from impactlab.exact.arrays import DONE, MORE_EVENTS, PAUSED, TOO_MANY, UNRESOLVED
 from impactlab.exact.cost import StartedMarch
 from impactlab.exact.results.history import ContinuousHistory
-from impactlab.exact.results.thinned import ThinnedHistory, Thinner
+from impactlab.exact.results.thinned import ThinnedHistory, Thinner, oldest
 from impactlab.exact.setup.build import build
-from impactlab.exact.setup.network import Log, NetworkLayout, copied, grown
+from impactlab.exact.setup.network import Log, NetworkLayout, copied, grown, needed
 from impactlab.history.energy import MIN_ENERGY
 from impactlab.numerics.addresses import COMPILED
 from impactlab.scene.method import Method, Simulation
@@ -167,14 +167,11 @@ def marched(
         if status == MORE_EVENTS or 2 * room(log) <= most:
             log = grown(log, status)
         else:
-            if not whole:
-                thinner = thinner or Thinner(run, layout, log)
-                log = thinner.take(log)
-            filled = (
-                2 * log.state["pool_used"] > len(log.pool) or 2 * log.junctions["records"].max() > log.pieces.shape[1]
-            )
-            if whole or filled:
+            numbers, pieces = needed(log, oldest(log))
+            if whole or 2 * numbers > len(log.pool) or 2 * pieces > log.pieces.shape[1]:  # before they are sampled
                 stop(run, layout, log, too_large(run, log, most), thinner)
+            thinner = thinner or Thinner(run, layout, log)
+            log = thinner.take(log)
     return thinner.finish(log, scene.duration) if thinner else ContinuousHistory(run, layout, log, scene.duration)
 
 

@@ -11,12 +11,12 @@ import json
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from impactlab import __version__
-from impactlab.errors import NO_ROOM, ExtraError, ImpactlabError
+from impactlab.errors import ExtraError, ImpactlabError
 from impactlab.history.base import (
     AbstractHistory,
     BranchChange,
@@ -41,7 +41,6 @@ if TYPE_CHECKING:
 
 FORMAT = 1  # of the files
 REFERENCE = "reference"  # group of a file that holds the reference of its errors
-COMPRESSED = {"zlib": True, "complevel": 4, "shuffle": True}
 
 
 def needed(name: str) -> Any:
@@ -65,9 +64,23 @@ def labelled(quantity: str, **more: Any) -> dict[str, Any]:
     return {"units": UNITS[quantity], "long_name": LONG_NAMES[quantity], **more}
 
 
+class Labelled(NamedTuple):
+    """Arrays as xarray.Dataset takes them: by name a tuple of dimensions, values and attributes."""
+
+    variables: dict[str, Any]
+    coordinates: dict[str, Any]
+    attributes: dict[str, Any]
+
+
 def to_xarray(history: AbstractHistory, times: Array) -> xarray.Dataset:
     """Return a history as a dataset: channels, fields, energies, events, periods of contact."""
     library = needed("xarray")
+    made: xarray.Dataset = library.Dataset(*labelled_arrays(history, times))
+    return made
+
+
+def labelled_arrays(history: AbstractHistory, times: Array) -> Labelled:
+    """Return the arrays of a history's dataset."""
     variables: dict[str, Any] = {}
     coordinates: dict[str, Any] = {"time": ("time", times, {"units": "s", "long_name": "time"})}
     _add_channels(history, times, variables, coordinates)
@@ -76,8 +89,7 @@ def to_xarray(history: AbstractHistory, times: Array) -> xarray.Dataset:
     _add_energies(history.energy, variables, coordinates)
     _add_contacts(history, variables)
     _add_measured(history, variables, coordinates)
-    made: xarray.Dataset = library.Dataset(variables, coordinates, _attributes(history))
-    return made
+    return Labelled(variables, coordinates, _attributes(history))
 
 
 def _add_channels(
@@ -209,30 +221,6 @@ def _attributes(history: AbstractHistory) -> dict[str, Any]:
         attributes |= {"title": case.title, "source": case.source, "case_name": case.label}
         attributes |= {"method": case.method_name, "case": case.to_yaml()}
     return attributes
-
-
-def write(path: Path, dataset: xarray.Dataset, group: str | None = None) -> None:
-    """Write a dataset to a NetCDF file, or into a group of it.
-
-    Raises
-    ------
-    ImpactlabError
-        If there is no folder to write in, or the file cannot be written.
-    """
-    needed("h5netcdf")
-    folder = Path(path).absolute().parent
-    if not folder.is_dir():
-        raise ImpactlabError(f"there is no folder '{folder}' to write in", remedy="Make it, or give another path.")
-    encoding = {name: COMPRESSED for name, each in dataset.data_vars.items() if each.dtype == float and each.size > 1}
-    mode: Any = "w" if group is None else "a"
-    try:
-        dataset.to_netcdf(path, mode=mode, group=group, engine="h5netcdf", encoding=encoding)
-    except OSError as error:
-        if error.errno in NO_ROOM:
-            raise
-        raise ImpactlabError(
-            f"the file '{path}' cannot be written: {str(error)[:300]}", remedy="Give another path."
-        ) from error
 
 
 def read(path: Path, group: str | None = None) -> xarray.Dataset:

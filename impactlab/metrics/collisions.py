@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -321,31 +321,6 @@ def _largest_gap(history: AbstractHistory, contact: str, openings: Sequence[tupl
     samples = max(3, min(MAX_SAMPLES, MAX_ALL_SAMPLES // len(openings)))
     t = np.concatenate([np.linspace(a, b, samples) for a, b in openings])
     return max(0.0, float(np.max(history.evaluate(t, f"gap:{contact}"))))
-
-
-def in_si(value: float, unit: str) -> str:
-    """Return a value with its unit, without a prefix."""
-    return f"{value:.6g} {unit}"
-
-
-def sentence(each: Mapping[str, Any], number: Callable[[float, str], str] = in_si) -> str:
-    """Return a collision of a summary in one line; ``number`` writes values with units."""
-    ended = each["end"] is not None
-    until = f"to {number(each['end'], 's')}" if ended else "on, still in contact at the end of the run"
-    parts = [
-        f"{each['bodies']}: {counted(each['sub_impacts'], 'sub-impact')}, {number(each['start'], 's')} {until}",
-        f"impulse {number(each['impulse'], 'N s')}",
-    ]
-    if each["restitution"] is not None:
-        parts.append(f"apparent restitution {each['restitution']:.4g}")
-    elif ended:
-        parts.append(f"no restitution: {each['no_restitution']}")
-    if each["restitution"] is not None and each["energy_lost"] is not None:
-        verb = "loses" if each["energy_lost"] >= 0.0 else "gains"
-        parts.append(f"{each['striker']} {verb} {number(abs(each['energy_lost']), 'J')}")
-    if (each["largest_gap"] or 0.0) > MIN_GAP:
-        parts.append(f"gaps up to {number(each['largest_gap'], 'm')}")
-    return ", ".join(parts)
 
 
 def agreements(rows: Iterable[tuple[str, Mapping[str, Any]]]) -> list[dict[str, Any]]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from impactlab.history.advice import warning_lines
 from impactlab.history.base import SERIOUS
-from impactlab.metrics.collisions import sentence
+from impactlab.metrics.collision_texts import sentences
 from impactlab.printing import plain
 from impactlab.scene.method import Simulation, is_exact
 from impactlab.startup.lazy import lazy
@@ -110,10 +110,10 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     lines += _shortened(summary["events"], _event, "events", lambda event: event.get("impulse"))
     lines += _shortened(summary["contacts"], _contact, "contacts", lambda span: span["impulse"])
     lines += [_link(each) for each in summary.get("links", ())]
-    collisions = summary["collisions"]
-    lines += _shortened(
-        collisions, lambda each: f"  collision {sentence(each)}", "collisions", lambda each: each["impulse"]
-    )
+    together, met = sentences(summary["collisions"])
+    lines += [f"            {together} (each: --json)"] * bool(together)
+    lines += [f"  collision {each}" for each in met[:MAX_LINES]]
+    lines += [f"            ... {len(met) - MAX_LINES} more collisions (all of them: --json)"] * (len(met) > MAX_LINES)
     lines += _at_end(summary["final"]["bodies"])
     lines += [_rotation(name, turn) for name, turn in summary.get("rotation", {}).items()]
     energy = summary["energy"]

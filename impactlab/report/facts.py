@@ -66,10 +66,17 @@ def scene_facts(scene: Scene, links: Collection[str] = ()) -> list[tuple[str, st
     over = f"{si(scene.duration, 's')}" + (f" = {trips:.4g} T" if math.isfinite(trips) else "")
     facts.append(("duration", over))
     if math.isfinite(scene.round_trip):
-        facts.append(("T, round trip of a wave", si(scene.round_trip, "s")))
+        facts.append(("T, round trip of a wave", trip(scene)))
     if scene.gravity:
         facts.append(("gravity", f"{scene.gravity:.4g} m/s²"))
     return facts
+
+
+def trip(scene: Scene) -> str:
+    """Return the time T with its unit, and the rod or beam whose round trip it is where there are several."""
+    found = si(scene.round_trip, "s")
+    names = [name for name, body in scene.elastic.items() if math.isclose(body.round_trip, scene.round_trip)]
+    return f"{found}, in '{names[0]}'" if names and len(scene.elastic) > 1 else found
 
 
 def joined_in(scene: Scene, method: Method) -> set[str]:

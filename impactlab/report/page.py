@@ -16,6 +16,7 @@ from impactlab.jobs.files import write_whole
 from impactlab.report import facts
 from impactlab.report.figures import mechanism
 from impactlab.report.figures.figure_files import FigureFiles, inline, save, with_classes
+from impactlab.report.figures.loading import load_matplotlib
 from impactlab.report.figures.named_contacts import words_on_figures
 from impactlab.report.figures.signals import named
 from impactlab.report.figures.style import COLUMNS, Trace, figure_width
@@ -80,9 +81,7 @@ def write_page(
         with figure_width(COLUMNS[files.width]):
             side_by_side([partial(_inline, plate, folder, files.formats) for plate in shown])
     formats = () if files.width else files.formats
-    from matplotlib import figure  # noqa: F401 - loaded once, not in each process that draws
-    from matplotlib.backends import backend_svg  # noqa: F401
-
+    load_matplotlib()  # once, not in each process that draws
     live = partial(page_data, page.traces, scene, compared=page.command == "compare") if page.traces else str
     calls: list[Callable[[], str | None]] = [*page.others, live]
     calls += [partial(_inline, plate, folder, formats) for plate in shown]
@@ -105,7 +104,7 @@ def write_page(
         chained=bool(mechanism.chains(scene)),
         elastic=bool(scene.elastic),
         facts=_facts(page, scene, left_out),
-        trip=facts.si(scene.round_trip, "s") if page.command == "compare" and math.isfinite(scene.round_trip) else "",
+        trip=facts.trip(scene) if page.command == "compare" and math.isfinite(scene.round_trip) else "",
         headings=page_headings(page.table),
         rows=page_rows(page.table),
         table_caption=facts.table_caption(references[0] if references else ""),

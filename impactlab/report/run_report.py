@@ -13,7 +13,7 @@ import numpy as np
 from impactlab.history.base import AbstractHistory
 from impactlab.history.instruments import instrumented, measured_file
 from impactlab.history.sampling import MAX_FORCES, file_times
-from impactlab.metrics.collisions import sentence
+from impactlab.metrics.collision_texts import sentences as collision_sentences
 from impactlab.refine.references.reference_record import CONVERGED, Reference
 from impactlab.report import facts, page_figures
 from impactlab.report.comparison import cell, comparison
@@ -168,7 +168,8 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
         sentences.append(
             f"{link['name'].replace('|', ' and ')}{several}: {moved}{forces}, {facts.si(link['loss'], 'J')} taken."
         )
-    sentences += [f"Collision of {sentence(each, facts.si)}." for each in summary["collisions"][:MAX_SENTENCES]]
+    together, met = collision_sentences(summary["collisions"], facts.si)
+    sentences += [f"{together}."] * bool(together) + [f"Collision of {each}." for each in met[:MAX_SENTENCES]]
     errors = summary["errors"]
     if errors and errors["mass_displacement"]:  # an exact run does not differ from itself
         off = cell(100 * errors["mass_displacement"])

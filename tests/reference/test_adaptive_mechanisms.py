@@ -142,3 +142,26 @@ def test_a_bar_at_rest_on_a_stop_is_pressed_on_it_by_its_weight_and_not_lifted()
     swing = math.sqrt(1e5 / 0.2)
     t = np.linspace(0.0, 8e-3, 50)
     assert history.evaluate(t, "position:bar.right") == pytest.approx(1e-5 * (1.0 - np.cos(swing * t)), abs=2e-9)
+
+
+def test_the_beam_that_spins_up_converges_to_adaptive_steps_with_order_two() -> None:
+    """The benchmark past its largest lag: the midpoint rule, extrapolated from two steps, meets scipy's Radau.
+
+    Times are ends of steps, as the motion is a line between them.
+    """
+    t = np.arange(1, 41) * 0.2
+    coarse = {"solve.duration": 8.0, "solve.model": {"kind": "modal", "elements": 40, "modes": 3}}
+    case = il.load_case(CASES / "spinning_up_beam.yaml").with_settings(coarse)
+
+    def tip(run: il.Case) -> np.ndarray[Any, Any]:
+        history = il.run(run)
+        return np.array([history.evaluate(t, f"position:beam.right along {along}") for along in "xy"])
+
+    exact = tip(adaptively(case, 1e-7, method="Radau"))
+    steps = [tip(case.with_settings({"solve.step": {"dt": dt}})) for dt in (0.02, 0.01, 0.005)]
+    errors = [float(np.abs(each - exact).max()) for each in steps]
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.02)
+    assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.02)
+    assert errors[2] < 2e-5  # m
+    extrapolated = (4.0 * steps[2] - steps[1]) / 3.0
+    assert float(np.abs(extrapolated - exact).max()) < 1e-6  # m: Radau's tolerance on a motion of 10 m

@@ -18,13 +18,16 @@ from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.midpoint import Midpoint
-from impactlab.metrics.collisions import agreements, collisions, sentence
+from impactlab.metrics.collision_texts import sentence, sentences
+from impactlab.metrics.collisions import agreements, collisions
 from impactlab.metrics.third_bodies import Periods
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.printing import counted
 from impactlab.refine.descriptions import contact_times
 from impactlab.refine.descriptions.rods import modelled_as
+from impactlab.report.console import summary_text
+from impactlab.report.summary import summarise
 from impactlab.scene import Mass, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.sweeps import quantities
@@ -477,3 +480,24 @@ def test_a_ball_that_loses_nothing_gains_no_rounding(stiffness: float) -> None:
     (found,) = collisions(history.scene, history)
     assert found.restitution == pytest.approx(1.0, rel=1e-11)
     assert found.energy_lost == 0.0
+
+
+def test_many_collisions_without_a_restitution_are_counted_in_one_sentence() -> None:
+    """Beads of a chain touch both neighbours at once; those still pressed at the end have lines of their own."""
+    case = il.Case(
+        bodies={"striker": il.Mass("4.11 g", velocity=1.0), "bead": il.Mass("4.11 g", repeat=20)},
+        contacts=[il.Chain(["striker", "bead"], {"kind": "hertz", "stiffness": 7.69e9})],
+        solve={"duration": "0.25 ms", "integrator": {"kind": "central_difference"}, "step": {"dt": "0.5 us"}},
+    )
+    history = il.run(case)
+    met = [dataclasses.asdict(each) for each in collisions(case.scene(), history)]
+    over = [each for each in met if each["end"] is not None]
+    together, others = sentences(met)
+    assert 4 <= len(over) < len(met)
+    assert together.startswith(f"{len(over)} collisions without a restitution, 0 s to ")
+    assert f"to {max(each['impulse'] for each in over):.6g} N s; of the first, striker|bead_1, as 'bead_1'" in together
+    assert others == [sentence(each) for each in met if each["end"] is None]
+    assert sentences(over[:3]) == ("", [sentence(each) for each in over[:3]])
+    text = summary_text(summarise("chain", case.scene(), history))
+    assert text.count("without a restitution") == 1
+    assert text.count("no restitution") == 0

@@ -30,8 +30,8 @@ def test_a_blow_and_its_bearing_graph_are_read_with_units_and_drawn() -> None:
     )
     assert re.fullmatch(r"<Peak of 2\d\.\d+ MPa, .* MN, at x = .* m of 'pile', .* ms>", repr(blow.peak_compression))
     axis = blow.plot().axes[0]
-    force = next(line for line in axis.lines if line.get_label() == "force")
-    assert axis.get_ylabel() == "at the head  [MN]"
+    force = next(line for line in axis.lines if line.get_label() == "force  F")
+    assert axis.get_ylabel() == "F and Zv at the head  [MN]"
     assert float(np.max(force.get_ydata())) == pytest.approx(1e-6 * blow.head.force.max())
     graph = piling.bearing_graph(pile(), [2.5e6, 0.9e6])  # in any order: the curve is drawn by capacity
     (line,) = graph.plot().axes[0].lines
@@ -97,7 +97,11 @@ def test_the_bands_of_a_chain_of_one_and_of_two_masses_are_those_in_closed_form(
     # Springs that differ open a gap between equal masses, sqrt(2 s1/m) to sqrt(2 s2/m).
     (gap,) = granular.bands([m, m], [k, 8.0 * k], force).gaps
     assert gap == pytest.approx(tuple(math.sqrt(2.0 * each / m) / (2.0 * math.pi) for each in (spring, 4.0 * spring)))
-    assert len(two.plot().axes[0].patches) == 1
+    axes = two.plot().axes[0]
+    assert len(axes.patches) == 1
+    assert [text.get_text() for text in axes.texts] == [
+        f"no waves from {1e-3 * edges[0]:.3g} to {1e-3 * edges[1]:.3g} kHz"
+    ]
 
 
 @pytest.mark.parametrize(

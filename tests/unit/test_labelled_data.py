@@ -184,9 +184,27 @@ def test_without_the_extra_the_command_that_installs_it_is_named(
     tmp_path: Path, struck: AbstractHistory, missing: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, missing, None)
+    made = struck.to_xarray if missing == "xarray" else lambda: struck.to_netcdf(tmp_path / "run.nc")
     with pytest.raises(il.ExtraError, match=rf"need {missing}.*\npip install 'impactlab\[data\]'") as caught:
-        struck.to_netcdf(tmp_path / "run.nc")
+        made()
     assert isinstance(caught.value, ImportError)
+
+
+def test_a_file_is_the_dataset_of_its_history_and_needs_no_xarray(
+    tmp_path: Path, struck: AbstractHistory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Dimensions, coordinates, values, units and attributes, also of records of which there are none."""
+    quiet = il.run(il.Case(bodies={"ball": il.Mass(1.0, velocity=1.0)}, solve={"duration": 1.0, "step": {"dt": 0.1}}))
+    for history in (struck, quiet):
+        with monkeypatch.context() as without:
+            without.setitem(sys.modules, "xarray", None)
+            history.to_netcdf(tmp_path / "run.nc")
+        with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as kept:
+            whole = dict(history.to_xarray(points=kept.time.size).attrs)
+            assert {name: kept.attrs[name] for name in whole} == whole
+            assert kept.drop_attrs(deep=False).identical(
+                history.to_xarray(points=kept.time.size).drop_attrs(deep=False)
+            )
 
 
 @pytest.mark.parametrize("points", [["force:hammer|rod.left"], 1, 2.5, None])

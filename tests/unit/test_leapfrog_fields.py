@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import impactlab as il
 from impactlab.history.base import AbstractHistory
@@ -45,3 +46,17 @@ def test_the_last_instant_of_a_run_has_a_velocity_field() -> None:
     history = history_of((0.0, 4e-5))
     assert np.isfinite(history.field("rod", 4e-5, "velocity").values).all()
     assert history.field("rod", 0.0, "velocity").values[1:].max() < 1e-3 * 1e4 / 36657.741
+
+
+@pytest.mark.parametrize("steps", [0.5, 1.0, 1.5])
+@pytest.mark.parametrize("beads", [1, 10])
+def test_gaps_of_a_run_of_one_step_are_those_of_the_motion(steps: float, beads: int) -> None:
+    case = il.Case(
+        bodies={"striker": il.Mass(1.0, velocity=1.0), "bead": il.Mass(1.0, repeat=beads)},
+        contacts=[il.Chain(["striker", "bead"], {"kind": "hertz", "stiffness": 1e8}, gap=1e-3)],
+        solve={"duration": steps * 1e-6, "integrator": {"kind": "central_difference"}, "step": {"dt": 1e-6}},
+    )
+    history = il.run(case)
+    times = np.linspace(0.0, history.duration, 4)
+    found = history.evaluate(times, f"gap:{history.scene.contacts[0].name}")
+    np.testing.assert_allclose(found, 1e-3 - times, rtol=0.0, atol=1e-15)

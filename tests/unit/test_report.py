@@ -451,3 +451,9 @@ def test_many_bodies_and_contacts_that_are_alike_are_said_once():
     heavier = dict(scene_facts(dataclasses.replace(scene, bodies=other)))
     assert heavier["bead_50"] == "rigid mass, 1\N{NO-BREAK SPACE}kg, at rest"
     assert {"bead_1 to bead_49", "bead_51 to bead_100"} <= set(heavier)
+
+
+@pytest.mark.parametrize(("name", "said"), [("two_rods", "194 µs, in 'target'"), ("axial_impact", "116.4 µs")])
+def test_the_unit_of_time_names_its_body_where_there_are_several(name: str, said: str) -> None:
+    told = dict(scene_facts(load_case(name).scene()))
+    assert told["T, round trip of a wave"].replace("\N{NO-BREAK SPACE}", " ") == said

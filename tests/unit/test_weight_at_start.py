@@ -128,3 +128,49 @@ def test_what_nothing_holds_falls_without_a_warning() -> None:
         solve={"duration": 0.01, "model": {"kind": "continuous"}},
     )
     assert not texts(il.run(case))
+
+
+@pytest.mark.parametrize("solve", [EXACT, MESH], ids=["exact", "mesh"])
+def test_a_rod_of_several_pieces_and_a_collar_on_it_start_in_equilibrium(solve: dict[str, Any]) -> None:
+    """Strain and curvature jump at the joints, and the strain where a collar rests on the rod."""
+    lengths, areas, youngs, densities = (4.0, 3.0, 3.0), (4e-4, 2e-4, 5e-4), (YOUNG, 7e10, YOUNG), (7850.0, 2700.0, 9e3)
+    segments = [
+        {"length": length, "area": area, "material": {"young": young, "density": density}}
+        for length, area, young, density in zip(lengths, areas, youngs, densities, strict=True)
+    ]
+    collar, at = 20.0, 5.5
+
+    def made(shape: str | None, gap: float, low: float) -> il.Case:
+        rod = il.Rod(segments=segments, ends={"left": "free", "right": "clamped"}, displacement=shape)
+        bodies = {
+            "hammer": il.Mass(1.0, velocity=0.5),
+            "weight": il.Mass(WEIGHT),
+            "collar": il.Mass(collar),
+            "rod": rod,
+        }
+        contacts = [
+            il.Contact("hammer", "weight", {"kind": "penalty", "stiffness": 1e7}, gap=1e-4),
+            il.Contact("weight", "rod.left", SPRING, gap=gap, overlap="allowed"),
+            il.Contact("collar", f"rod.at({at} m)", SPRING, gap=low, overlap="allowed"),
+        ]
+        given = {**solve, "duration": 2e-3 if shape is None else 1e-4}
+        if solve is MESH:
+            given["model"] = {"kind": "finite_element", "elements": 100}
+        return il.Case(bodies=bodies, contacts=contacts, gravity=G, solve=given)
+
+    (text,) = texts(il.run(made(None, 0.0, 0.0)))
+    pattern = r"displacement of 'rod': (\S.*?); gap of weight\|rod.left: (\S+); gap of collar\|\S+: (\S+)$"
+    shape, gap, low = re.search(pattern, text).groups()  # type: ignore[union-attr]
+    sag, load, above = 0.0, WEIGHT * G, 0.0  # each piece is shortened by what stands on it and half of its own weight
+    for length, area, young, density in zip(lengths, areas, youngs, densities, strict=True):
+        own = density * area * length * G
+        on_it = collar * G * (above + length - at) if above < at < above + length else 0.0
+        sag += ((load + 0.5 * own) * length + on_it) / (young * area)
+        load, above = load + own + (collar * G if above < at < above + length else 0.0), above + length
+    assert float(gap) == pytest.approx(-sag - WEIGHT * G / STIFFNESS, rel=1e-6)
+    at_rest = il.run(made(shape, float(gap), float(low)))
+    before = np.linspace(0.0, 1e-4, 50)
+    assert np.ptp(at_rest.evaluate(before, "displacement:rod@0")) < 1e-6 * sag
+    for name, weight in (("weight|rod.left", WEIGHT), (f"collar|rod.at({at} m)", collar)):
+        names = [each.name for each in at_rest.scene.contacts if each.name.startswith(name.partition("|")[0] + "|")]
+        assert at_rest.evaluate(before[1:], f"force:{names[0]}") == pytest.approx(weight * G, rel=1e-5)

@@ -121,6 +121,11 @@ class ThinnedHistory(AbstractHistory):
         return np.zeros(0)
 
 
+def oldest(log: Log) -> float:
+    """Return the time [s] from which on the march needs its waves."""
+    return float(log.reached - log.ends["transit"].max() - 4.0 * log.state["tolerance"])
+
+
 class Thinner:
     """Samples the windows of a march one after the other."""
 
@@ -152,7 +157,7 @@ class Thinner:
         """
         until = log.reached
         self._read(log, until)
-        log = without(log, until - log.ends["transit"].max() - 4.0 * log.state["tolerance"], until)
+        log = without(log, oldest(log), until)
         self.begun = until
         return log
 

@@ -178,6 +178,22 @@ def grown(log: Log, status: int) -> Log:
     return with_room(log, twice[0] * log.pieces.shape[1], twice[1] * len(log.pool), twice[2] * len(log.events))
 
 
+def needed(log: Log, before: float) -> tuple[int, int]:
+    """Return the numbers and the most pieces of a junction that `without` would keep."""
+    numbers = most = 0
+    for j, junction in enumerate(log.junctions):
+        n, piece = int(junction["records"]), log.pieces[j]
+        first = first_after(piece["stop"][:n], before)
+        numbers += int(junction["rows"]) * int(piece["size"][first:n].sum())
+        most = max(most, n - first)
+    return numbers, most
+
+
+def first_after(stop: Array, before: float) -> int:
+    """Return the number of the first piece that ends ``before`` a time [s] or later; the last one is kept always."""
+    return min(int(np.searchsorted(stop, before)), stop.size - 1)
+
+
 def without(log: Log, before: float, until: float) -> Log:
     """Return the log without old pieces and events.
 
@@ -188,7 +204,7 @@ def without(log: Log, before: float, until: float) -> Log:
     dropped = np.zeros(count, np.int64)
     for j, junction in enumerate(log.junctions):
         n, rows, piece = int(junction["records"]), int(junction["rows"]), log.pieces[j]
-        first = min(int(np.searchsorted(piece["stop"][:n], before)), n - 1)
+        first = first_after(piece["stop"][:n], before)
         kept = piece[first:n].copy()
         for size, offset in zip(kept["size"].tolist(), kept["offset"].tolist(), strict=True):
             parts.append(log.pool[offset : offset + rows * size].copy())

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactlab.prefixes import Unit, scaled
-from impactlab.report.figures.style import INK, MUTED, PALETTE, Margins, across, drawn, log_axis, panel_grid
+from impactlab.report.figures.style import INK, LABEL, MUTED, PALETTE, Margins, across, drawn, log_axis, panel_grid
 from impactlab.types import Array
 
 if TYPE_CHECKING:
@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 
     from impactlab import drilling, granular, hopkinson, piling
 
-SIDE = Margins(across=0.75, down=0.75)  # inches, of panels with axes of their own
+SIDE = Margins(left=0.82, across=0.82, down=0.75)  # inches, of panels with axes of their own
 GAP_SHADE = 0.15  # opacity
+MIN_NAMED = 0.08  # of the largest frequency: a narrower gap has no room for a line of text
 LOG_RATIO = 10.0  # largest over smallest stiffness, from which the axis is logarithmic
 
 
@@ -40,18 +41,25 @@ def _over_time(axis: Axes, time: Array, curves: Curves, quantity: str, size: Uni
     axis.axhline(0.0, color=MUTED, linewidth=0.8)
     for name, (values, colour, dash) in curves.items():
         axis.plot(time / clock.size, values / size.size, color=colour, linestyle=dash, label=name)
+    axis.set_xlim(float(time[0]) / clock.size, float(time[-1]) / clock.size)
     axis.set_xlabel(f"time  t  [{clock.label}]")
     axis.set_ylabel(f"{quantity}  [{size.label}]")
     if len(curves) > 1:
-        axis.legend(fontsize=7.5)
+        _legend(axis)
+
+
+def _legend(axis: Axes) -> None:
+    """Name the curves inside the axes, where they leave most room."""
+    axis.legend(fontsize=LABEL, frameon=False)
 
 
 @drawn
 def blow(found: piling.Blow) -> Figure:
     """Return force and impedance times velocity at the head of a pile over time."""
     figure, (axis,) = _panels(1, 2.8)
-    curves = {"force": (found.head.force, INK, "-"), "Z v": (found.head.impedance_velocity, PALETTE[1], "--")}
-    _over_time(axis, found.head.time, curves, "at the head", _scale(curves, "N"))
+    product = found.head.impedance_velocity
+    curves = {"force  F": (found.head.force, INK, "-"), "impedance × velocity  Zv": (product, PALETTE[1], "--")}
+    _over_time(axis, found.head.time, curves, "F and Zv at the head", _scale(curves, "N"))
     return figure
 
 
@@ -64,7 +72,7 @@ def bearing_graph(found: piling.BearingGraph) -> Figure:
     axis.plot(found.blows_per_metre[order], found.capacity[order] / size.size, "o-", color=INK, markersize=3.5)
     axis.set_xlim(left=0.0)
     axis.set_ylim(bottom=0.0)
-    axis.set_xlabel("blows per metre")
+    axis.set_xlabel("blow count  [blows/m]")
     axis.set_ylabel(f"static capacity  [{size.label}]")
     return figure
 
@@ -81,9 +89,9 @@ def driving(found: piling.Driving) -> Figure:
     for (name, values), colour, dash in zip(rows.items(), (INK, PALETTE[1]), ("o-", "s--"), strict=True):
         motion.plot(numbers, np.array(values) / size.size, dash, color=colour, markersize=3.5, label=name)
     motion.xaxis.set_major_locator(MaxNLocator(integer=True))
-    motion.set_xlabel("blow")
-    motion.set_ylabel(f"permanent motion  [{size.label}]")
-    motion.legend(fontsize=7.5)
+    motion.set_xlabel("number of the blow")
+    motion.set_ylabel(f"permanent motion in a blow  [{size.label}]")
+    _legend(motion)
     force = scaled("N", float(np.abs(last.force).max(initial=0.0)))
     residual.stairs(last.force / force.size, last.x, orientation="horizontal", color=INK, baseline=None)
     residual.axvline(0.0, color=MUTED, linewidth=0.8)
@@ -134,7 +142,7 @@ def efficiencies(found: drilling.Efficiencies) -> Figure:
     axis.set_ylim(bottom=0.0)
     axis.set_xlabel(f"stiffness of the rock  [{size.label}]")
     axis.set_ylabel("efficiency  [%]")
-    axis.legend(fontsize=7.5)
+    _legend(axis)
     return figure
 
 
@@ -161,8 +169,12 @@ def bands(found: granular.Bands) -> Figure:
     axis.plot(found.phase / np.pi, found.frequency.T / size.size, color=INK)
     for low, high in found.gaps:
         axis.axhspan(low / size.size, high / size.size, color=PALETTE[0], alpha=GAP_SHADE, linewidth=0.0)
+        if high - low > MIN_NAMED * found.frequency.max():
+            said = f"no waves from {low / size.size:.3g} to {high / size.size:.3g} {size.label}"
+            middle = 0.5 * (low + high) / size.size
+            axis.text(0.5, middle, said, color=PALETTE[0], fontsize=LABEL, ha="center", va="center")
     axis.set_xlim(0.0, 1.0)
     axis.set_ylim(bottom=0.0)
-    axis.set_xlabel("phase from cell to cell  q / π")
+    axis.set_xlabel("phase from cell to cell  q/π")
     axis.set_ylabel(f"frequency  [{size.label}]")
     return figure

@@ -14,7 +14,7 @@ import numpy as np
 
 from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
 from impactlab.history.base import AbstractHistory, Warned
-from impactlab.scene.bodies import Body
+from impactlab.scene.bodies import Body, WaveBody
 from impactlab.scene.facts import cut_at
 from impactlab.scene.method import Method, stiffness_at, stiffness_of
 from impactlab.scene.problem import Contact, Scene
@@ -26,6 +26,8 @@ HARD = 1e6  # stiffness of a hard contact over the largest other one
 INSTANTS = 1000  # of a run, at which the motion is read
 MAX_TURNS, SETTLED = 100, 1e-12  # solutions for contacts that stiffen, and the share by which the last forces differ
 MIN_FORCE = 1e-9  # N: a contact that carries nothing has no stiffness, and the equilibrium needs one
+ROUNDING = 1e-9  # of the largest strain: a smaller jump of it is none
+MAX_LENGTH = 400  # characters of a formula of a case, as in `casefile.values.formula`
 Node = tuple[str, float]  # body and place x [m]
 
 
@@ -181,12 +183,10 @@ class StaticRest:
         scene, keys = self._scene, []
         for name, rod in ((name, body.waves) for name, body in scene.bodies.items()):
             if rod is not None and (name, 0.0) in self.held:
-                if len(rod.segments) > 1:
+                shape = self._shape(name, rod)
+                if len(shape) > MAX_LENGTH:
                     return ""
-                left, right = (float(self.sags[self.nodes[name, x]]) for x in (0.0, rod.length))
-                factor = scene.gravity * rod.segments[0].density / (2.0 * rod.segments[0].young)
-                slope = (right - left) / rod.length
-                keys.append(f"displacement of '{name}': {left:.9g} + {slope:.9g}*x + {factor:.9g}*x*(L - x)")
+                keys.append(f"displacement of '{name}': {shape}")
         for contact, force in self.forces.items():
             stiffness = stiffness_of(scene, self._method, contact)
             if stiffness is None and self._power(contact) is None:
@@ -197,6 +197,34 @@ class StaticRest:
                     gap += sign * float(self.sags[self.nodes[point.body, point.x]])
             keys.append(f"gap of {contact.name}: {gap:.9g}")
         return f". Or start in equilibrium: {'; '.join(keys)}"
+
+    def _shape(self, name: str, rod: WaveBody) -> str:
+        """Return the equilibrium of a rod as a formula of x.
+
+        It is a parabola between two nodes. Where strain or curvature jump, at joints and faces, terms in |x - a| and
+        (x - a) |x - a| are added.
+        """
+        places = sorted(x for body, x in self.nodes if body == name)
+        sags = np.array([self.sags[self.nodes[name, x]] for x in places])
+        pieces = list(cut_at(rod.segments, places))
+        factors = np.array([self._scene.gravity * each.density / (2.0 * each.young) for each in pieces])
+        lengths = np.diff(places)
+        slopes = np.diff(sags) / lengths
+        jumps = slopes[1:] + factors[1:] * lengths[1:] - slopes[:-1] + factors[:-1] * lengths[:-1]  # of the strain
+        kinks, bends, ends = 0.5 * jumps, 0.5 * (factors[:-1] - factors[1:]), np.array(places[1:-1])
+        least = ROUNDING * float(np.abs(slopes).max() + np.abs(factors * lengths).max())
+        terms = [
+            f" + ({kink:.11g} + {bend:.11g}*(x - {end:.9g}))*abs(x - {end:.9g})"
+            for kink, bend, end in zip(kinks.tolist(), bends.tolist(), ends.tolist(), strict=True)
+            if abs(kink) > least or bend != 0.0
+        ]
+        # The terms are those of the rod beside the parabola of the ends: what they are there is taken off.
+        curved = float(factors[0] - bends.sum())
+        low, high = (float(np.sum((kinks + bends * (x - ends)) * np.abs(x - ends))) for x in (0.0, rod.length))
+        left, slope = sags[0] - low, (sags[-1] - high - sags[0] + low) / rod.length
+        if not terms:
+            return f"{left:.9g} + {slope:.9g}*x + {curved:.9g}*x*(L - x)"
+        return f"{left:.11g} + {slope:.11g}*x + {curved:.11g}*x*(L - x){''.join(terms)}"  # of which much cancels
 
     def _solved(self, before: Mapping[Contact, float]) -> tuple[Array, dict[Contact, float]]:
         """Return the displacements of the nodes [m] and the forces of the closed contacts [N].

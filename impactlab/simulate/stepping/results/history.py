@@ -361,9 +361,9 @@ class RecordedHistory(AbstractRecordedHistory):
         started: dict[int, float] = {}
         early = {number: self._before_start(number) for number in assembly.layout.plan.start_forces}
         kicks: dict[int, list[tuple[float, float]]] = {}
-        for time, place, kind, impulse, span_impulse, peak in rounding_touches.events_of(
-            assembly, self._raw, self.duration, early
-        ):
+        released = readout.opened_in_first_step(assembly, self._raw, -self._integrator.momentum_early * assembly.dt)
+        found = rounding_touches.events_of(assembly, self._raw, self.duration, early)
+        for time, place, kind, impulse, span_impulse, peak in (*released, *found):
             number = assembly.layout.numbers[place]
             name = contacts[number].name
             if time > self.duration:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from operator import attrgetter
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from impactlab.scene.method import laws_of
 from impactlab.simulate.channels import Channel
 from impactlab.simulate.planning.forces_at_start import forces_at_start
 from impactlab.simulate.stepping.arrays import COUNT, GAP, PEAK, RECENT, SPAN, TOTAL, U, V
+from impactlab.simulate.stepping.event_times import CLOSE, OPEN
+from impactlab.simulate.stepping.results.rounding_touches import RawEvent
 from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.types import MEMORY, Array
 
@@ -95,6 +98,23 @@ def links(assembly: Assembly, recorded: Mapping[str, Channel]) -> Iterator[LinkR
         known = np.extract(np.isfinite(forces), forces) if np.any(np.isfinite(forces)) else np.zeros(1)
         loss = sum(record.lost for record in records)
         yield LinkResult(name, len(places), most, float(known.max()), float(known.min()), loss, tuple(sets))
+
+
+def opened_in_first_step(assembly: Assembly, raw: Sequence[Any], acts: float) -> Iterator[RawEvent]:
+    """Yield the events of contacts with a force at t = 0 and none at the end of the first step.
+
+    A scheme whose forces act at the ends of steps has no step with the force at t = 0, which ``acts`` for a part of the
+    first one [s]. The law may have released the faces by then, as one whose damping exceeds the force of the spring.
+    """
+    starts, layout = assembly.layout.plan.start_forces, assembly.layout
+    if acts <= 0.0:
+        return
+    early = {int(place) for each in raw for place in each["contact"][each["time"] < acts]}
+    for number, force in starts.items():
+        place, law = layout.places[number], assembly.acting.laws[layout.scene.contacts[number].name]
+        if force > 0.0 and place not in early and not law.two_sided:
+            yield 0.0, place, CLOSE, 0.0, 0.0, 0.0
+            yield acts, place, OPEN, 0.0, 0.0, force
 
 
 def with_forces_at_start(assembly: Assembly, spans: Sequence[ContactSpan]) -> list[ContactSpan]:

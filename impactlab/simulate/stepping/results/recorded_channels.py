@@ -73,6 +73,15 @@ class Instants:
         """The middles of these intervals."""
         return self.times - 0.5 * self._lengths + self._late
 
+    @cached_property
+    def forces_from_start(self) -> tuple[Array, Array]:
+        """The ends and middles of these intervals, with one more before them.
+
+        In it the force at t = 0 acts, up to the middle of the first step.
+        """
+        first = float(self._late[1]) if isinstance(self._late, np.ndarray) else 0.0
+        return np.insert(self.forces, 1, first), np.insert(self.middles, 1, 0.0)
+
 
 @final
 class RecordedChannels(Mapping[str, Channel]):
@@ -106,6 +115,14 @@ class RecordedChannels(Mapping[str, Channel]):
         return Instants(self.record, self._assembly.dt, self._integrator)
 
     @cached_property
+    def _start_forces(self) -> dict[int, float]:
+        """Forces at t = 0 that no step has, of a scheme whose forces act at the ends of steps [N], by column."""
+        if self._integrator.load_point <= 0.5:
+            return {}
+        layout = self._assembly.layout
+        return {layout.column_of(number): force for number, force in layout.plan.start_forces.items()}
+
+    @cached_property
     def _bead_rates(self) -> Array:
         return readout.bead_rates(self._assembly, self.record, self.instants.velocities)
 
@@ -132,6 +149,11 @@ class RecordedChannels(Mapping[str, Channel]):
         if source.kept == "none":
             values = np.full_like(times, np.nan)
         middles = self.instants.middles if source.sloped else None
+        at_start = sum(self._start_forces.get(column, 0.0) for column in source.columns) if source.stepped else 0.0
+        if at_start != 0.0 and times.size > 1 and not source.cubic:
+            values = np.insert(values, 1, at_start)
+            times, starts_at = self.instants.forces_from_start
+            middles = starts_at if source.sloped else None
         return Channel(times, values, source.stepped, middles, source.rate, source.pulls, self._smooth(source, values))
 
     def _smooth(self, source: Source, values: Array) -> Smooth | None:
