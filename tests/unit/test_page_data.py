@@ -125,10 +125,10 @@ def test_many_histories_stay_within_the_limit(monkeypatch: pytest.MonkeyPatch) -
 def test_of_many_contacts_and_bodies_the_first_have_figures_where_not_all_are_asked_for() -> None:
     case = case_of("chain_of_bars").with_settings([("snapshots", [1e-4])])
     figures = page_figures.of_run(traces({"run": il.run(case)}, {})[0], case.scene())
-    assert [plate.name for plate in figures if plate.name.startswith("stress") and not plate.is_printed] == [
+    assert [figure.name for figure in figures if figure.name.startswith("stress") and not figure.is_printed] == [
         "stress_fourth"
     ]
-    assert all(plate.is_printed for plate in figures if plate.name.startswith("force"))  # of three contacts
+    assert all(figure.is_printed for figure in figures if figure.name.startswith("force"))  # of three contacts
 
 
 def test_bodies_stand_end_to_end_in_the_order_of_their_contacts() -> None:
