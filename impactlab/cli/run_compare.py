@@ -150,7 +150,6 @@ def compare(
                     document,
                     comparison.histories,
                     loaded.scene(),
-                    comparison.reference,
                     comparison.references,
                     provenance.of_case(loaded, command_line(context)),
                     drawn_as,
