@@ -17,12 +17,13 @@ from impactlab import load_case
 from impactlab.errors import CaseError
 from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
 from impactlab.history.sampling import FRAMES
+from impactlab.prefixes import scaled
 from impactlab.report.compare_report import write_comparison
 from impactlab.report.comparison import comparison
 from impactlab.report.facts import findings, scene_facts, si
 from impactlab.report.figures import balance, diagram, overview, plots
 from impactlab.report.figures.figure_files import figure_files, inline, to_svg
-from impactlab.report.figures.style import INK, PALETTE, Trace, curve, scaled, spread, traces
+from impactlab.report.figures.style import INK, PALETTE, Trace, curve, spread, traces
 from impactlab.report.provenance import Provenance
 from impactlab.report.run_report import write_run
 from impactlab.report.sketch import sketch

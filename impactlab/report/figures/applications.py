@@ -17,6 +17,7 @@ from impactlab.contact.specimen import Specimen
 from impactlab.errors import ImpactlabError, RunWarning
 from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
+from impactlab.prefixes import scaled
 from impactlab.report.figures.figure_files import PageFigure
 from impactlab.report.figures.style import (
     INK,
@@ -32,7 +33,6 @@ from impactlab.report.figures.style import (
     name_lines,
     panel_grid,
     room_beside,
-    scaled,
     time_axis,
     upper_margin,
 )
