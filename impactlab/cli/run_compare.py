@@ -76,7 +76,7 @@ def run(
                 show(loaded.label, fraction)
 
             history = api.run(loaded, report, 0 if out is None else sampling.FRAMES)
-        summary, judge = api.summarised(loaded, history, reference_record.FULL_BUDGET_S if reference else None)
+        summary, against = api.summarised(loaded, history, reference_record.FULL_BUDGET_S if reference else None)
         undrawn: Exception | None = None
         watch.change("writing")
         if out is not None:
@@ -84,9 +84,9 @@ def run(
             console.say(f"drawing figures for {out} ...")
             with output.output_folder(out) as draft:
                 origin = provenance.of_case(loaded, command_line(context))
-                data = files.write_data(draft, history, summary, judge, origin._asdict())
+                data = files.write_data(draft, history, summary, against, origin._asdict())
                 try:
-                    run_report.write_run(draft, summary, history, loaded.scene(), judge, origin, drawn_as, data)
+                    run_report.write_run(draft, summary, history, loaded.scene(), against, origin, drawn_as, data)
                 except (ImpactlabError, OSError, MemoryError):
                     raise
                 except Exception as error:  # noqa: BLE001 - raised below, when the data of the run are in place
