@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from impactlab.casefile import Case
-from impactlab.casefile.case import expect_case
+from impactlab.casefile.case import expect_case, simulation_of
 from impactlab.casefile.edit import check_name
 from impactlab.errors import (
     CaseError,
@@ -162,9 +162,7 @@ def run(case: Case | Simulation, progress: Progress | None = None, frames: int =
     StepError
         If the run fails on the way, or more than doubles the energy of its bodies; it carries the history so far.
     """
-    if not (isinstance(case, tuple) and len(case) == 2):
-        expect_case(case, "run")
-    scene, method = case.simulation() if isinstance(case, Case) else case
+    scene, method = simulation_of(case, "run")
     if frames:
         scene = scene.with_frames(frames)
     try:

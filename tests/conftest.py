@@ -79,7 +79,7 @@ def pytest_collection() -> Generator[None, object, object]:
 def _no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draw no figures for pages of fits and sweeps, where files and messages are looked at."""
     for room in ("fits", "sweeps", "uncertainties"):
-        monkeypatch.setattr(f"impactlab.{room}.page.saved_plates", lambda *_: ([], ""))
+        monkeypatch.setattr(f"impactlab.{room}.page.write_figures", lambda *_: ([], ""))
 
 
 def compile_kernels(number: int) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
-
 import numpy as np
 
 from impactlab.errors import CaseError
@@ -11,6 +9,7 @@ from impactlab.models.base import Face
 from impactlab.models.mesh.base import AbstractMesh, null_space, part
 from impactlab.numerics.banded import full, multiply, solve
 from impactlab.numerics.threads import one_thread
+from impactlab.scene.recent import Recent
 from impactlab.types import Array, Ints
 
 LOW_SHARE = (
@@ -64,7 +63,7 @@ def upright(shapes: Array) -> Array:
     return np.asarray(shapes * np.sign(shapes[first, np.arange(shapes.shape[1])]))
 
 
-_kept: OrderedDict[tuple[bytes, bytes, int], Array] = OrderedDict()
+_kept: Recent[tuple[bytes, bytes, int], Array] = Recent(MAX_KEPT)
 
 
 def eigenvectors(mesh: AbstractMesh, count: int) -> Array:
@@ -73,16 +72,11 @@ def eigenvectors(mesh: AbstractMesh, count: int) -> Array:
     Those of the last meshes are kept: runs of one mesh with other steps, as the automatic choice makes them, solve one
     eigenproblem.
     """
-    key = mesh.mass.tobytes(), mesh.stiffness.tobytes(), count
-    shapes = _kept.get(key)
-    if shapes is None:
-        shapes = rotated(mesh.mass, mesh.stiffness, lowest(full(mesh.mass), full(mesh.stiffness), count))
-        if shapes.size <= MAX_KEPT_SIZE:
-            _kept[key] = shapes
-    else:
-        _kept.move_to_end(key)
-    while len(_kept) > MAX_KEPT:
-        _kept.popitem(last=False)
+    shapes = _kept.get_or_make(
+        (mesh.mass.tobytes(), mesh.stiffness.tobytes(), count),
+        lambda: rotated(mesh.mass, mesh.stiffness, lowest(full(mesh.mass), full(mesh.stiffness), count)),
+        lambda made: made.size <= MAX_KEPT_SIZE,
+    )
     return with_rigid_motions(mesh, shapes.copy())
 
 

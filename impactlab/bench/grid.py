@@ -13,8 +13,8 @@ from typing import Any
 
 from impactlab.casefile import Case
 from impactlab.casefile.document import Document, Kind, read_document
-from impactlab.casefile.text.words import closest, listed, shown
-from impactlab.errors import CaseError
+from impactlab.casefile.text.words import listed, shown
+from impactlab.errors import CaseError, closest
 from impactlab.scene.method import Method, laws_of
 from impactlab.scene.problem import Scene
 

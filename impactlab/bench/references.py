@@ -14,6 +14,7 @@ from impactlab.jobs.files import whole
 from impactlab.refine.references.reference_record import Reference
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
+from impactlab.scene.recent import Recent
 
 LOST = ".lost"  # ends the name of the file with the reason why a search for a reference had no end
 MAX_KEPT = 4  # references that a worker keeps in memory: cells come scene by scene
@@ -28,16 +29,12 @@ class References:
 
     def __init__(self, folder: Path | None = None) -> None:
         self.folder = folder
-        self._known: dict[str, Reference | None] = {}
+        self._known: Recent[str, Reference | None] = Recent(MAX_KEPT)
 
     def of(self, scene: Scene, method: Method) -> Reference | None:
         """Return the reference of a scene, or None."""
         key = reference_key(scene, method)
-        if key not in self._known:
-            while len(self._known) >= MAX_KEPT:
-                self._known.pop(next(iter(self._known)))
-            self._known[key] = self._shared(key, lambda: api.reference_of(scene, method))
-        return self._known[key]
+        return self._known.get_or_make(key, lambda: self._shared(key, lambda: api.reference_of(scene, method)))
 
     def lost(self, scene: Scene, method: Method) -> str:
         """Return the reason why the search for the reference of a scene did not end.

@@ -252,10 +252,8 @@ class Case:
         return (*hints_of(self.scene(), self.built.method.laws), *odd_mechanisms(self.checked))
 
     def _repr_html_(self) -> str:
-        made: str = above("report.notebook").of_case(
-            self.label, self.title, self.simulation(), self.method_names, self.hints
-        )
-        return made
+        shown_of = above("report.notebook").of_case
+        return str(shown_of(self.label, self.title, self.built, self.method_names, self.hints))
 
     def _repr_pretty_(self, printer: Any, _cycle: bool) -> None:
         printer.text(repr(self))  # of IPython and hypothesis, which print the fields of a dataclass
@@ -348,6 +346,13 @@ def expect_case(given: object, function: str) -> None:
     raise CaseError(f"{function}() takes a Case, not {what}", remedy=remedy)
 
 
+def simulation_of(case: Case | Simulation, function: str) -> Simulation:
+    """Return scene and method of a case, or those that a function was given; raise `CaseError` for anything else."""
+    if not (isinstance(case, tuple) and len(case) == 2):
+        expect_case(case, function)
+    return case.simulation() if isinstance(case, Case) else Simulation(*case)
+
+
 def _checked_and_built(
     name: str, file: str, data: dict[str, Any], registry: plugins.Registry
 ) -> tuple[CaseBlock, Simulation]:
@@ -362,10 +367,6 @@ def _checked_and_built(
         return checked, build(checked, check(checked, registry), name, registry)
     except ImpactlabError as error:
         raise combined([error, *part_faults(data, registry)]) from None
-
-
-def _length(bodies: Any) -> int:
-    return len(bodies) if isinstance(bodies, dict) else 0
 
 
 def log_many_bodies(bodies: int) -> None:
@@ -385,15 +386,15 @@ def _make(name: str, file: str, document: Document, registry: plugins.Registry, 
         if is_new:  # of an edited one, new values were checked as they were put in
             check_texts(document.data)
         data, origins = expand(document.data)
-        log_many_bodies(_length(data.get("bodies")))
-        with GarbageCollectionPaused(_length(data.get("bodies"))):
+        count = len(bodies) if isinstance(bodies := data.get("bodies"), dict) else 0
+        log_many_bodies(count)
+        with GarbageCollectionPaused(count):
             checked, built = _checked_and_built(name, file, data, registry)
     except ImpactlabError as error:
         origins.led_back(error)
         placed(error, file, document)
         raise
-    fields = {"name": name, "file": file, "document": document, "registry": registry, "checked": checked}
     case = object.__new__(Case)
-    names = {"method_name": "base", "variant_name": "base", "written": None}
-    vars(case).update({**fields, "built": built, "origins": origins, **names})
+    vars(case).update(name=name, file=file, document=document, registry=registry, checked=checked, built=built)
+    vars(case).update(origins=origins, method_name="base", variant_name="base", written=None)
     return case

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 from impactlab.casefile.starter import cases
 from impactlab.casefile.text.limits import MAX_DEPTH, MAX_VALUES, REMEDY, SERIES, Keys, check_tree, too_deep, too_many
-from impactlab.casefile.text.words import closest, shown
+from impactlab.casefile.text.words import shown
 from impactlab.casefile.text.yaml_values import yaml_value
-from impactlab.errors import CaseError
+from impactlab.errors import CaseError, closest
 
 MAX_BYTES = 1_000_000  # bytes
 MAX_LINES = 50_000

@@ -20,9 +20,9 @@ from impactlab.casefile.keys_in_python import BodyKeys
 from impactlab.casefile.schema import CHOSEN, SolveBlock
 from impactlab.casefile.text.limits import MAX_DEPTH, MAX_KEY, Keys, check_texts
 from impactlab.casefile.text.samples import Samples
-from impactlab.casefile.text.words import closest, listed, shown
+from impactlab.casefile.text.words import listed, shown
 from impactlab.casefile.values.materials import MATERIALS
-from impactlab.errors import CaseError, ImpactlabError
+from impactlab.errors import CaseError, ImpactlabError, closest
 
 NAMED = ("methods", "variants")  # blocks of values by path
 PARTS = {"respond": "law", "build": "model", "step": "integrator"}  # what a part can do, and the word for it

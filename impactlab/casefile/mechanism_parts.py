@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from impactlab.casefile.blocks.links import MechanismBlock
 from impactlab.casefile.parts import read_part
 from impactlab.casefile.schema import CaseBlock
-from impactlab.casefile.text.words import closest, listed, shown
-from impactlab.errors import CaseError
+from impactlab.casefile.text.words import listed, shown
+from impactlab.errors import CaseError, closest
 from impactlab.plugins import MECHANISMS, Registry
 from impactlab.scene.bodies import PartMechanism
 from impactlab.scene.problem import Point

@@ -11,8 +11,8 @@ from impactlab.casefile.blocks.links import JointBlock, LinkBlock
 from impactlab.casefile.mechanism_parts import chains_of
 from impactlab.casefile.points import name_in
 from impactlab.casefile.schema import CaseBlock, WallBlock
-from impactlab.casefile.text.words import closest, listed, shown
-from impactlab.errors import CaseError
+from impactlab.casefile.text.words import listed, shown
+from impactlab.errors import CaseError, closest
 from impactlab.scene.bodies import Drive, Link, Mark, Mechanism
 
 SAME_GRAVITY = 1e-12  # of gravity: components nearer than this agree

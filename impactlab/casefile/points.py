@@ -8,9 +8,9 @@ from typing import NamedTuple
 from impactlab.casefile.blocks.links import LinkBlock
 from impactlab.casefile.blocks.shared import ElasticBlock
 from impactlab.casefile.schema import BodyBlock, CaseBlock, MassBlock
-from impactlab.casefile.text.words import closest, listed_bodies, rows_of, shown
+from impactlab.casefile.text.words import listed_bodies, rows_of, shown
 from impactlab.casefile.values.units import to_si
-from impactlab.errors import CaseError
+from impactlab.errors import CaseError, closest
 from impactlab.scene.facts import SAME_PLACE
 from impactlab.scene.problem import Point
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from impactlab.casefile.blocks_in_python import Value
-from impactlab.casefile.keys_in_python import BodyKeys
+from impactlab.casefile.keys_in_python import BodyKeys, given
 
 
 class Probe(BodyKeys):
@@ -59,5 +59,4 @@ class Probe(BodyKeys):
         range: Value | None = None,  # noqa: A002 - the key of a case file
         **others: Any,
     ) -> None:
-        instrument = {"length": length, "bandwidth": bandwidth, "rate": rate, "noise": noise, "seed": seed}
-        super().__init__(body=body, at=at, quantity=quantity, **instrument, bits=bits, range=range, **others)
+        super().__init__(**given(locals()))

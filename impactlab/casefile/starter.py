@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from impactlab.casefile.text.words import closest, listed, shown
-from impactlab.errors import CaseError
+from impactlab.casefile.text.words import listed, shown
+from impactlab.errors import CaseError, closest
 
 STARTERS = Path(__file__).with_name("starters")  # one commented case for each kind of problem
 PACKAGE = Path(__file__).resolve().parents[1]

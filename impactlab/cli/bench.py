@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -13,11 +12,12 @@ import typer
 
 from impactlab.cli.lazy_modules import bench_report, benching, cells, console, figure_files, output, stability_report
 from impactlab.cli.lazy_modules import grid as grids
-from impactlab.cli.options import Figures, Json, found, names_in, option
+from impactlab.cli.options import Figures, Json, command_line, found, names_in, option
 from impactlab.cli.reporting import CommandFailed, reporting
 
 
 def bench(
+    context: typer.Context,
     cases: Annotated[
         list[Path] | None,
         typer.Argument(metavar="[CASES]...", help="Case files; by default those of the suite.", show_default=False),
@@ -85,22 +85,10 @@ def bench(
         if made.first_reason:
             console.say(f"first row without a result: {made.first_reason}")
         if not no_report:
-            given = {"--suite": suite if suite != "standard" else None, "--grid": grid.name if grid else None}
-            command = _again(cases or [], given | {"--methods": methods}, no_timing=no_timing)
-            _draw_bench(out, out / "table.csv", jobs, suite, formats, command)
+            _draw_bench(out, out / "table.csv", jobs, suite, formats, command_line(context))
         console.print_json(made.document) if as_json else print(f"{len(made.cells)} rows: {counts}")
         if made.cells and not made.counts["completed"]:
             raise CommandFailed(1)
-
-
-def _again(cases: Sequence[Path], options: Mapping[str, str | None], *, no_timing: bool) -> str:
-    """Return the command that repeats a bench, as a shell takes it.
-
-    Its output folder is left to be named.
-    """
-    words = ["impactlab", "bench", *(case.name for case in cases)]
-    words += [word for option, given in options.items() if given is not None for word in (option, given)]
-    return shlex.join([*words, *["--no-timing"] * no_timing]) + " --out DIR"
 
 
 @contextlib.contextmanager

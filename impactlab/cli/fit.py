@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from impactlab.cli.lazy_modules import console, fits, output
-from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load, option
+from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, option
 from impactlab.cli.reporting import given_by, reporting
 from impactlab.errors import CaseError
 
@@ -99,25 +98,9 @@ def fit(
                 intervals=intervals, resamples=resamples, seed=seed,
             )  # fmt: skip
         if out is not None:
-            found.write(out, _again(context))
+            found.write(out, command_line(context))
             console.say(f"written: {out}")
         console.print_json(found.to_dict()) if as_json else print(found)
-
-
-def _again(context: typer.Context) -> str:
-    """Return the command that repeats the fit, as a shell takes it.
-
-    Its output folder is left to be named.
-    """
-    words = ["impactlab", "fit"]
-    for known in context.command.params:
-        given = context.params.get(str(known.name))
-        if known.name in ("out", "as_json") or given in (None, [], ()) or given == known.default:
-            continue
-        for each in given if isinstance(given, (list, tuple)) else [given]:
-            text = each.name if isinstance(each, Path) else str(each)
-            words += [text] if known.param_type_name == "argument" else [known.opts[0], text]
-    return shlex.join(words) + " --out DIR"
 
 
 def _pair(text: str) -> tuple[Path, Path]:

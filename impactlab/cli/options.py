@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -48,28 +49,37 @@ Metrics = Annotated[
 ]
 
 
-def command_line(
-    command: str,
-    case: Path,
-    sets: list[str] | None,
-    method: str | None,
-    variant: str | None,
-    metrics: list[str] | None,
-    *others: str,
-) -> str:
-    """Return the command that repeats a run, as a shell takes it.
+OF_CASE = ("case", "sets", "method", "variant")  # parameters of a command that name a case
+NOT_REPEATED = ("out", "as_json", "figures", "width", "workers", "shard", "cluster", "jobs")  # do not change results
+
+
+def command_line(context: typer.Context) -> str:
+    """Return the command that repeats one in progress, as a shell takes it.
 
     Its output folder is left to be named.
     """
-    words = ["impactlab", command, case.name]
-    for option, values in (
-        ("--variant", [variant]),
-        ("--method", [method]),
-        ("--set", sets or []),
-        ("--metric", metrics or []),
-    ):
-        words += [word for value in values if value is not None for word in (option, value)]
-    return shlex.join([*words, *others]) + " --out DIR"
+    names = [name for name in context.params if name not in NOT_REPEATED]
+    return shlex.join(["impactlab", str(context.info_name), *_given(context, names)]) + " --out DIR"
+
+
+def run_line(context: typer.Context) -> str:
+    """Return the command that runs the case of a command in progress, as a shell takes it."""
+    return shlex.join(["impactlab", "run", *_given(context, OF_CASE)])
+
+
+def _given(context: typer.Context, names: Collection[str]) -> Iterator[str]:
+    """Yield the words of the parameters of these names that differ from their defaults."""
+    for known in context.command.params:
+        given = context.params.get(str(known.name))
+        if known.name not in names or given in (None, [], ()) or given == known.default:
+            continue
+        if isinstance(given, bool):
+            yield known.opts[0] if given else known.secondary_opts[0]
+            continue
+        for each in given if isinstance(given, (list, tuple)) else [given]:
+            if known.param_type_name != "argument":
+                yield known.opts[0]
+            yield each.name if isinstance(each, Path) else str(each)
 
 
 def names_in(text: str) -> list[str]:

@@ -40,6 +40,7 @@ from impactlab.startup.wall_time import timed
 
 
 def run(
+    context: typer.Context,
     case: CaseFile,
     sets: Sets = None,
     method: Method = None,
@@ -75,18 +76,17 @@ def run(
                 show(loaded.label, fraction)
 
             history = api.run(loaded, report, 0 if out is None else sampling.FRAMES)
-        summary, judge = api.summarised(loaded, history, reference_record.FULL_BUDGET_S if reference else None)
+        summary, against = api.summarised(loaded, history, reference_record.FULL_BUDGET_S if reference else None)
         undrawn: Exception | None = None
         watch.change("writing")
         if out is not None:
             summary["cost"]["wall_time"] = watch.seconds()  # of the summary in the folder: up to here
             console.say(f"drawing figures for {out} ...")
             with output.output_folder(out) as draft:
-                again = command_line("run", case, sets, method, variant, metric, *["--reference"] * reference)
-                origin = provenance.of_case(loaded, again)
-                data = files.write_data(draft, history, summary, judge, origin._asdict())
+                origin = provenance.of_case(loaded, command_line(context))
+                data = files.write_data(draft, history, summary, against, origin._asdict())
                 try:
-                    run_report.write_run(draft, summary, history, loaded.scene(), judge, origin, drawn_as, data)
+                    run_report.write_run(draft, summary, history, loaded.scene(), against, origin, drawn_as, data)
                 except (ImpactlabError, OSError, MemoryError):
                     raise
                 except Exception as error:  # noqa: BLE001 - raised below, when the data of the run are in place
@@ -105,6 +105,7 @@ def run(
 
 
 def compare(
+    context: typer.Context,
     case: CaseFile,
     methods: Annotated[
         str | None,
@@ -142,7 +143,6 @@ def compare(
         code = _code_of_rows(comparison)
         document = comparison.document
         if out is not None and comparison.histories:
-            named = [] if methods is None else ["--methods", methods]
             console.say(f"drawing figures for {out} ...")
             with output.output_folder(out) as draft:
                 compare_report.write_comparison(
@@ -150,9 +150,8 @@ def compare(
                     document,
                     comparison.histories,
                     loaded.scene(),
-                    comparison.reference,
                     comparison.references,
-                    provenance.of_case(loaded, command_line("compare", case, sets, None, variant, metric, *named)),
+                    provenance.of_case(loaded, command_line(context)),
                     drawn_as,
                 )
             console.say(f"written: {out}")

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from impactlab.cli.lazy_modules import axes, axis_texts, console, derivatives, given_twice, sweeps, uncertainties
-from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in, option
+from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in, option, run_line
 from impactlab.cli.reporting import CommandFailed, given_by, reporting
 from impactlab.errors import CaseError, DoubtfulResult
 
@@ -48,6 +48,7 @@ Cluster = Annotated[
 
 
 def sweep(
+    context: typer.Context,
     case: CaseFile,
     over: Annotated[
         list[str] | None,
@@ -80,8 +81,6 @@ def sweep(
         read = [axis_texts.read_over(loaded, text) for text in over or []]
         given_twice.refuse_twice(loaded, [path for path, _ in read])
         names = sweeps.DEFAULT if quantities is None else names_in(quantities)
-        others = [*(f"--over={text}" for text in over or []), *([f"--points={points}"] if points is not None else [])]
-        others += [f"--quantities={','.join(names)}"]
         console.log_compiling(loaded.simulation())
         with console.progress() as show, warnings.catch_warnings():
             warnings.simplefilter("ignore", DoubtfulResult)  # of a sweep without values: the reason is said below
@@ -95,8 +94,8 @@ def sweep(
                 shard=shard,
                 cluster=cluster,
                 progress=lambda fraction: show(loaded.label, fraction),
-                repeat=command_line("run", case, sets, method, variant, None).removesuffix(" --out DIR"),
-                command=command_line("sweep", case, sets, method, variant, None, *others),
+                repeat=run_line(context),
+                command=command_line(context),
             )
         counts = sweeps.counts(found)
         if set(counts) - {"missing", "completed"}:
@@ -120,6 +119,7 @@ def sweep(
 
 
 def uncertainty(
+    context: typer.Context,
     case: CaseFile,
     vary: Annotated[
         list[str],
@@ -164,9 +164,6 @@ def uncertainty(
         read = [uncertainties.read_vary(text) for text in vary]
         given_twice.refuse_twice(loaded, [path for path, _ in read])
         names = uncertainties.DEFAULT if quantities is None else names_in(quantities)
-        options = [*(f"--vary={text}" for text in vary), f"--samples={samples}", f"--seed={seed}"]
-        options += [f"--quantities={','.join(names)}", f"--percentiles={percentiles}", f"--failed={failed}"]
-        options += [] if indices else ["--no-indices"]
         console.log_compiling(loaded.simulation())
         with given_by("--vary", axes.BY_DRAWING), console.progress() as show:
             found = uncertainties.uncertainty(
@@ -183,8 +180,8 @@ def uncertainty(
                 shard=shard,
                 cluster=cluster,
                 progress=lambda fraction: show(loaded.label, fraction),
-                repeat=command_line("run", case, sets, method, variant, None).removesuffix(" --out DIR"),
-                command=command_line("uncertainty", case, sets, method, variant, None, *options),
+                repeat=run_line(context),
+                command=command_line(context),
             )
         if out is not None:
             console.say(f"written: {out}" if shard is None else f"shard {shard} is kept in {out}")

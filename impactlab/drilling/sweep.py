@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactlab.casefile import Case
-from impactlab.casefile.case import expect_case
+from impactlab.casefile.case import simulation_of
 from impactlab.contact.bilinear import Bilinear
 from impactlab.drilling.blow import blow
 from impactlab.drilling.drill import drill_of
@@ -70,9 +70,7 @@ def sweep(case: Case | Simulation, stiffnesses: Iterable[float | str]) -> Effici
     ImpactlabError
         If a stiffness is no number, or has another unit.
     """
-    if not isinstance(case, Simulation):
-        expect_case(case, "sweep")
-    run = case.simulation() if isinstance(case, Case) else case
+    run = simulation_of(case, "sweep")
     rock = drill_of(run.scene, run.method.laws).rock
     wanted = np.array([in_si("a stiffness", each, "N/m") for each in listed(stiffnesses)])
     law = run.method.laws[rock.name]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ from impactlab.fits.result import JACOBIAN, KINDS, METHODS, WIDENED, Fit, Fitted
 from impactlab.history.units import UNITS
 from impactlab.printing import counted
 from impactlab.report import facts
-from impactlab.report.figures.figure_files import Plate, saved_plates
+from impactlab.report.figures.figure_files import PageFigure, write_figures
 from impactlab.report.page import write_study
 from impactlab.report.provenance import of_case
 
@@ -40,39 +41,39 @@ NOISE = {
 LOSS = {"linear": "least squares", "huber": "Huber's loss, in which samples far off count less"}
 
 
-def plates(fit: Fit) -> Iterator[Plate]:
+def _figures(fit: Fit) -> Iterator[PageFigure]:
     """Yield the figures of a fit."""
-    yield Plate(
+    yield PageFigure(
         "signals", "Signals", "Measured and fitted signal; below, the residuals divided by their standard deviation. "
         "The band extends two standard deviations to each side: of white noise, 95 % of the residuals lie inside, "
         "without a pattern.",
-        plot_signals(fit),
+        partial(plot_signals, fit),
     )  # fmt: skip
-    yield Plate(
+    yield PageFigure(
         "autocorrelation", "Autocorrelation of the residuals", "Correlation of the residuals with those some samples "
         "earlier. Beyond the band (95 % of white noise) the noise is coloured, or an effect is missing in the case.",
-        plot_autocorrelations(fit),
+        partial(plot_autocorrelations, fit),
     )  # fmt: skip
     if fit.profiles:
-        yield Plate(
+        yield PageFigure(
             "profiles", "Profiles", "Rise of the least sum of squares, over the variance of the residuals, with one "
             "parameter fixed and all others fitted again. The 95 % interval ends where the rise passes the line. Where "
             "the profile differs from the parabola of the derivatives, the intervals from the derivatives are not "
             "valid.",
-            plot_profiles(fit),
+            partial(plot_profiles, fit),
         )  # fmt: skip
     known = determined(fit)
     if len(known) >= MIN_CORRELATED:
         without = "" if len(known) == len(fit.parameters) else " Without those that the signals do not determine."
-        yield Plate(
+        yield PageFigure(
             "correlations", "Correlations", "Of the estimates: close to 1 or \N{MINUS SIGN}1, two numbers can change "
-            f"together with little change of the signals.{without}", plot_correlations(fit),
+            f"together with little change of the signals.{without}", partial(plot_correlations, fit),
         )  # fmt: skip
 
 
 def write_page(folder: Path, fit: Fit, command: str = "") -> None:
     """Write ``fit.html`` and ``figures/`` of a fit into a folder that has its other files."""
-    drawn, rules = saved_plates(folder, plates(fit))
+    figures, rules = write_figures(folder, _figures(fit))
     kinds = [kind for kind in KINDS if any(kind in each.intervals for each in fit.parameters)]
     (scene, method), origin = fit.case.simulation(), of_case(fit.case, command)
     write_study(
@@ -88,7 +89,7 @@ def write_page(folder: Path, fit: Fit, command: str = "") -> None:
         headings=[f"95 %, {METHODS[kind]}" for kind in kinds],
         rows=[_row(each, name_of(fit, each.path), kinds) for each in fit.parameters],
         products=[_product(each, kinds) for each in fit.determined],
-        plates=drawn,
+        figures=figures,
         rules=rules,
         files=[
             *((name, "a fitted case: it runs") for name in case_files(fit)),

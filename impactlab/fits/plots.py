@@ -14,6 +14,7 @@ from impactlab.fits.bootstrap import autocorrelations
 from impactlab.fits.identifiable import short_names
 from impactlab.fits.result import JACOBIAN, PROFILE, WIDENED, Curve, Fit, Shown
 from impactlab.history.units import UNITS
+from impactlab.prefixes import Unit, scaled
 from impactlab.printing import counted
 from impactlab.report.figures.style import (
     GRID,
@@ -22,13 +23,11 @@ from impactlab.report.figures.style import (
     PALETTE,
     PAPER,
     Margins,
-    Unit,
     across,
     drawn,
     grid,
     log_axis,
     panel_grid,
-    scaled,
 )
 from impactlab.sweeps.plots import fitted as prefixed
 from impactlab.types import Array

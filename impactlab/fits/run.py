@@ -7,8 +7,8 @@ from pathlib import Path
 
 from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
-from impactlab.casefile.text.words import closest, shown
-from impactlab.errors import MAX_SEED, CaseError, expect_whole
+from impactlab.casefile.text.words import shown
+from impactlab.errors import MAX_SEED, CaseError, closest, expect_whole
 from impactlab.fits.intervals import Options, fit_with_intervals
 from impactlab.fits.problem import Experiment, Problem
 from impactlab.fits.result import BOOTSTRAP, JACOBIAN, PROFILE, Fit

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from impactlab.casefile.text.words import closest, listed, shown
+from impactlab.casefile.text.words import listed, shown
 from impactlab.casefile.values.units import STRAINS, to_si
-from impactlab.errors import CaseError
+from impactlab.errors import CaseError, closest
 from impactlab.history.units import UNITS
 from impactlab.measurement.inputs import above_zero
 from impactlab.prefixes import prefixed_range

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from impactlab.casefile.text.separated import SeparatedRows
-from impactlab.casefile.text.words import closest, shown
-from impactlab.errors import CaseError, unreadable
+from impactlab.casefile.text.words import shown
+from impactlab.errors import CaseError, closest, unreadable
 from impactlab.fits.signals import Setting, Signal, factor_of, unit_of
 from impactlab.fits.unknowns import read_setting
 from impactlab.history import dataset

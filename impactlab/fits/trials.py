@@ -20,6 +20,7 @@ from impactlab.exact.results.history import ContinuousHistory
 from impactlab.fits.model import ENDING, AbstractMeans, Means
 from impactlab.fits.unknowns import Unknown
 from impactlab.history.base import AbstractHistory
+from impactlab.scene.recent import Recent
 from impactlab.startup.lazy import lazy
 from impactlab.sweeps.batch_numbers import NotServed, numbers_of
 from impactlab.types import Array
@@ -43,7 +44,7 @@ class Trials:
     def __init__(self, case: Case, unknowns: Sequence[Unknown], channels: Sequence[str]) -> None:
         self.case, self.channels = case, list(channels)
         self.paths = [each.path for each in unknowns]
-        self._kept: dict[Values, list[AbstractMeans] | None] = {}
+        self._kept: Recent[Values, list[AbstractMeans] | None] = Recent(MAX_KEPT)
 
     def at(self, values: Values) -> Case:
         """Return the case with values of its unknowns; raises the errors of the case."""
@@ -54,14 +55,14 @@ class Trials:
 
         It is None where there is no such run.
         """
-        if values not in self._kept:
-            while len(self._kept) >= MAX_KEPT:
-                self._kept.pop(next(iter(self._kept)))
+
+        def made() -> list[AbstractMeans] | None:
             try:
-                self._kept[values] = self._run(values)
+                return self._run(values)
             except ImpactlabError:
-                self._kept[values] = None
-        return self._kept[values]
+                return None
+
+        return self._kept.get_or_make(values, made)
 
     def closings(self, values: Values) -> tuple[str, ...] | None:
         """Return the contacts that close, in order; None where there is no such run."""

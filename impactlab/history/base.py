@@ -13,9 +13,7 @@ from numpy.typing import ArrayLike
 
 from impactlab.errors import ImpactlabError, closest
 from impactlab.history.arguments import within_run
-from impactlab.history.energy import CarriedEnergy as CarriedEnergy
-from impactlab.history.energy import EnergyBook as EnergyBook
-from impactlab.history.energy import EnergyEnds as EnergyEnds
+from impactlab.history.energy import EnergyBook, EnergyEnds
 from impactlab.history.extremes import extremes
 from impactlab.history.instruments import Measured, measure
 from impactlab.history.sampling import page_times

@@ -17,18 +17,8 @@ import numpy as np
 
 from impactlab import __version__
 from impactlab.errors import ExtraError, ImpactlabError
-from impactlab.history.base import (
-    AbstractHistory,
-    BranchChange,
-    ContactSpan,
-    Cost,
-    EnergyBook,
-    Event,
-    HasCase,
-    LinkResult,
-    Warned,
-)
-from impactlab.history.energy import CarriedEnergy, EnergyEnds
+from impactlab.history.base import AbstractHistory, BranchChange, ContactSpan, Cost, Event, HasCase, LinkResult, Warned
+from impactlab.history.energy import CarriedEnergy, EnergyBook, EnergyEnds
 from impactlab.history.instruments import Measured, measured_signals
 from impactlab.history.sampled import BodyFields, Facts, SampledHistory, body_fields, channels_of, facts_of
 from impactlab.history.units import LONG_NAMES, UNITS

@@ -16,7 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.history.base import AbstractHistory, CarriedEnergy
+from impactlab.history.base import AbstractHistory
+from impactlab.history.energy import CarriedEnergy
 from impactlab.numerics.unions import Unions
 from impactlab.scene.bodies import SampledLoad
 from impactlab.scene.problem import Scene

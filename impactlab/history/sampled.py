@@ -20,8 +20,6 @@ from impactlab.history.base import (
     BranchChange,
     ContactSpan,
     Cost,
-    EnergyBook,
-    EnergyEnds,
     Event,
     Field,
     HasCase,
@@ -29,6 +27,7 @@ from impactlab.history.base import (
     Warned,
     instants_around,
 )
+from impactlab.history.energy import EnergyBook, EnergyEnds
 from impactlab.history.instruments import Measured, measure, measured_signals, probe_of
 from impactlab.history.sampling import frame_times, page_times, places_in_file
 from impactlab.scene.bodies import ElasticBody

@@ -15,7 +15,7 @@ from impactlab.errors import DoubtfulResult, ImpactlabError, UnusualValue
 from impactlab.hopkinson.evaluation import Test
 from impactlab.hopkinson.offsets import warn_of_offsets, zeroed
 from impactlab.hopkinson.separation import GUARD, parted, same_length
-from impactlab.hopkinson.windows import THRESHOLD, above, cut
+from impactlab.hopkinson.windows import THRESHOLD, cut, samples_above
 from impactlab.measurement.dispersion import Bar, expect_bar, shift
 from impactlab.measurement.inputs import above_zero, pair, warn, warn_samples, warn_unusual
 from impactlab.types import Array
@@ -95,7 +95,7 @@ def measured(
     if zero is not None:
         front, back = zeroed(dt, zero, incident=front, transmission=back)
     warn_samples(dt, front, back)
-    started = int(above(front, threshold)[0])
+    started = int(samples_above(front, threshold)[0])
     if zero is None:
         warn_of_offsets(dt, started, incident=front, transmission=back)
     start = started * dt
@@ -134,7 +134,7 @@ def _warn_if_early(back: Array, dt: float, expected: float, guard: float) -> Non
     """
     if not back.any():
         return
-    begins = float(above(back, HALF)[0]) * dt
+    begins = float(samples_above(back, HALF)[0]) * dt
     if begins < expected - guard:
         warn_unusual(
             f"the transmission gauge has half of its largest strain at {begins:.6g} s, and the wave from the incident "

@@ -14,7 +14,7 @@ from impactlab.errors import ImpactlabError, UnusualValue
 from impactlab.history.base import AbstractHistory
 from impactlab.hopkinson.evaluation import Test
 from impactlab.hopkinson.gauges import measured
-from impactlab.hopkinson.windows import THRESHOLD, above
+from impactlab.hopkinson.windows import THRESHOLD, samples_above
 from impactlab.measurement.dispersion import Bar, Theory
 from impactlab.measurement.inputs import above_zero, expect, warn
 from impactlab.scene.problem import Probe
@@ -191,7 +191,7 @@ def _check_order(
     second = signals[1][1]
     if not first.any() or not second.any():
         return
-    begins = [float(above(each, threshold)[0]) * dt for each in (first, second)]
+    begins = [float(samples_above(each, threshold)[0]) * dt for each in (first, second)]
     if begins[1] + lags[1] < begins[0] - lags[0] + dt:
         raise ImpactlabError(
             f"the wave is at the gauge of '{transmission}' at {begins[1]:.6g} s and at that of '{incident}' at "

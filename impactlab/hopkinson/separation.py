@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import DoubtfulResult, ImpactlabError
 from impactlab.hopkinson.offsets import warn_of_drift, zeroed
-from impactlab.hopkinson.windows import THRESHOLD, above, cut
+from impactlab.hopkinson.windows import THRESHOLD, cut, samples_above
 from impactlab.measurement.dispersion import Bar, band_limit, checked_signal, expect_bar, padded, shift, wave_number
 from impactlab.measurement.inputs import above_zero, finite, pair, warn, warn_samples
 from impactlab.types import Array
@@ -108,7 +108,7 @@ def _warn_of_short_record(values: Array, dt: float, lag: float, threshold: float
     the bar [s].
     """
     ends = (len(values) - 1) * dt
-    wanted = float(above(values, threshold)[0]) * dt + 4.0 * lag if end is None else end
+    wanted = float(samples_above(values, threshold)[0]) * dt + 4.0 * lag if end is None else end
     if ends >= wanted - dt:
         return
     share = abs(float(values[-max(1, round(2.0 * GUARD * lag / dt)) :].mean())) / float(np.abs(values).max())
@@ -123,7 +123,7 @@ def _warn_of_short_record(values: Array, dt: float, lag: float, threshold: float
 
 def parted(values: Array, dt: float, bar: Bar, way: float, threshold: float, end: float | None) -> TwoWaves:
     """Return the waves as `one_gauge` does, from a checked signal and a distance in metres."""
-    loud = above(values, threshold)
+    loud = samples_above(values, threshold)
     start = float(loud[0]) * dt
     trip = 2.0 * way / bar.wave_speed
     back = start + trip
@@ -212,7 +212,7 @@ def two_gauges(
     if zero is not None:
         one, two = zeroed(dt, zero, first=one, second=two)
     elif one.any() or two.any():
-        started = int(above(np.maximum(np.abs(one), np.abs(two)), THRESHOLD)[0])
+        started = int(samples_above(np.maximum(np.abs(one), np.abs(two)), THRESHOLD)[0])
         warn_of_drift(one, two, dt, started, apart / bar.wave_speed)
     n = len(one)
     count = padded(n, dt, max(apart, abs(x - near)), bar)

@@ -94,7 +94,7 @@ def largest(values: Array, threshold: float) -> float:
     return peak
 
 
-def above(values: Array, threshold: float) -> NDArray[np.intp]:
+def samples_above(values: Array, threshold: float) -> NDArray[np.intp]:
     """Return the indices of samples above a share of the largest magnitude.
 
     Raise as `largest` does.

@@ -13,24 +13,21 @@ import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, ContactSpan
+from impactlab.metrics.body_motion import BodyMotion
 from impactlab.metrics.third_bodies import Others
 from impactlab.printing import counted
 from impactlab.scene.problem import Scene
-from impactlab.types import Array
 
 MIN_APPROACH = 1e-9  # of the fastest body or of the exit speed: a slower approach is the rounding of mean speeds
 MAX_PAIRS = 6  # of bodies whose counts by several methods are texts of their own: a row of beads has many
 MAX_SAMPLES = 64  # of a gap in each opening
 MAX_ALL_SAMPLES = 100_000  # of the gaps of a collision
 MIN_GAP = 1e-12  # m, below which a gap between sub-impacts is rounding
-MAX_BESIDE = 0.02  # of a collision, by which instants of a recorded energy may lie beside it where others act meanwhile
-MAX_CHANGE = 0.2  # of the fastest body, of a velocity over two intervals of the record: between them it is not known
-MIN_CHANGE = 1e-11  # of the energy of a body: a smaller change is rounding
 
 
 @dataclass(frozen=True)
@@ -68,7 +65,7 @@ def collisions(scene: Scene, history: AbstractHistory, *, whole: bool = True) ->
     """
     found = []
     channels = frozenset(history.channels())  # once: a chain has thousands
-    given = {name: _given(scene, history, name, channels) for name in scene.bodies}
+    motions = {name: BodyMotion(scene, history, name, channels) for name in scene.bodies}
     others = Others(scene, history)  # once: a pair may collide thousands of times
     between: dict[tuple[str, str], list[str]] = {}
     for contact in scene.contacts:
@@ -80,12 +77,12 @@ def collisions(scene: Scene, history: AbstractHistory, *, whole: bool = True) ->
         until = -math.inf
         for span in spans:
             if group and span.start - until > longest:
-                found.append(_collision(scene, history, given, others, pair, group, whole))
+                found.append(_collision(motions, others, pair, group, whole))
                 group = []
             group.append(span)
             until = max(until, span.until(math.inf))
         if group:
-            found.append(_collision(scene, history, given, others, pair, group, whole))
+            found.append(_collision(motions, others, pair, group, whole))
     return tuple(sorted(found, key=lambda each: each.start))
 
 
@@ -94,42 +91,10 @@ def memory(scene: Scene, pair: Sequence[str]) -> float:
     return max(scene.bodies[name].slowest_period for name in pair)
 
 
-class OtherImpulses(NamedTuple):
-    """Impulses on a body, arrays over its contacts in order of their starts."""
-
-    starts: Array  # s
-    ends: Array  # s, latest end so far; inf while one is closed at the end of the run
-    impulses: Array  # N s, sum so far, positive to the right; of no contact first
-    recorded: frozenset[str]  # quantities of the body that the history records: momentum, energy, velocity of a mass
-    links: tuple[tuple[str, float], ...]  # contacts that may pull, which have no periods, with the sign of their force
-
-
-def _given(scene: Scene, history: AbstractHistory, name: str, channels: frozenset[str]) -> OtherImpulses:
-    """Return the impulses that a body was given by its contacts."""
-    own = [each for _, each in scene.met_by(name)]
-    signs = {each.name: float(each.right.body == name) - float(each.left.body == name) for each in own}
-    links = tuple((link, sign) for link, sign in signs.items() if sign and history.method.laws[link].two_sided)
-    met = [contact for contact, sign in signs.items() if sign != 0.0]
-    spans = sorted(history.spans_of(met), key=lambda span: span.start)
-    impulses = (signs[span.contact] * span.impulse for span in spans)
-    return OtherImpulses(
-        np.array([span.start for span in spans]),
-        np.maximum.accumulate([span.until(math.inf) for span in spans] or [0.0]),
-        np.array([0.0, *itertools.accumulate(impulses)]),
-        frozenset(each for each in ("momentum", "energy", "velocity") if f"{each}:{name}" in channels),
-        links,
-    )
-
-
 def _collision(
-    scene: Scene,
-    history: AbstractHistory,
-    given_to: Mapping[str, OtherImpulses],
-    others: Others,
-    pair: tuple[str, str],
-    spans: list[ContactSpan],
-    whole: bool,
+    motions: Mapping[str, BodyMotion], others: Others, pair: tuple[str, str], spans: list[ContactSpan], whole: bool
 ) -> Collision:
+    scene, history = others.scene, others.history
     start, last = spans[0].start, history.duration
     closed = any(span.end is None for span in spans)
     until = last if closed else max(span.until(last) for span in spans)
@@ -138,12 +103,12 @@ def _collision(
     striker, other = _roles(scene, pair)
     sign = 1.0 if striker == pair[0] else -1.0  # the left body approaches with a positive velocity
     before = float(np.nextafter(start, -1.0))
-    speeds = [_speed(scene, history, name, before, given_to[name]) for name in (striker, other)]
+    speeds = [motions[name].speed(before) for name in (striker, other)]
     approach = _difference(speeds, sign)
-    leaves = _difference([_speed(scene, history, name, until, given_to[name]) for name in (other, striker)], sign)
+    leaves = _difference([motions[name].speed(until) for name in (other, striker)], sign)
     lost = given = None
     if whole:
-        lost, given = (_energy_change(scene, history, name, before, until, given_to[name]) for name in (striker, other))
+        lost, given = (motions[name].energy_change(before, until) for name in (striker, other))
     why = "they are still in contact at the end of the run" if closed else None
     turning = next((name for name in pair if scene.bodies[name].changes), None)
     if why is None and turning is not None:
@@ -206,115 +171,6 @@ def _roles(scene: Scene, pair: tuple[str, str]) -> tuple[str, str]:
 
     left, right = pair
     return (left, right) if rank(left) >= rank(right) else (right, left)
-
-
-def mean_velocity(
-    scene: Scene, history: AbstractHistory, name: str, time: float, given: OtherImpulses | None = None
-) -> float | None:
-    """Return the momentum of a body over its mass [m/s], None where unknown.
-
-    Of a free body it is the sum of the impulses of contacts, links and loads until then, where those of contacts are
-    exact; inside a contact it is that of the record, which is kept at fewer instants, and unknown where it changes much
-    between two of them.
-    """
-    body = scene.bodies[name]
-    if not body.moves:
-        return 0.0
-    mass, given = body.moving_mass, given or _given(scene, history, name, frozenset(history.channels()))
-    begun = int(np.searchsorted(given.starts, time, side="right"))
-    by_record = not body.is_free or (begun > 0 and given.ends[begun - 1] > time)
-    if not by_record and not (given.links and time >= history.duration and "momentum" in given.recorded):
-        impulse = ((mass * scene.gravity if body.falls else 0.0) + body.end_force) * time
-        impulse += sum(float(load.sampled(scene.duration).impulse(np.array(time))) for _, load in body.loads)
-        impulse += sum(sign * history.impulse_until(link, time) for link, sign in given.links)
-        return body.velocity + (float(given.impulses[begun]) + impulse) / mass
-    # The velocity of a rigid mass is recorded at more instants than its momentum, of which the last one is known.
-    if "velocity" in given.recorded and body.elastic is None and time < history.duration:
-        return _known(scene, history, f"velocity:{name}", time)
-    if "momentum" not in given.recorded:
-        return None
-    momentum = f"momentum:{name}"
-    around = history.recorded_around(momentum, time, time) if time < history.duration else (time, time)
-    now, *others = (history.evaluate([time, *around], momentum) / mass).tolist()
-    return None if _changes(scene, *others) else float(now)
-
-
-def _changes(scene: Scene, before: float, after: float) -> bool:
-    """Return whether a velocity [m/s] changes too much between records to be known."""
-    return abs(after - before) > MAX_CHANGE * max(scene.fastest, abs(before), abs(after))
-
-
-def _speed(scene: Scene, history: AbstractHistory, name: str, time: float, given: OtherImpulses) -> float | None:
-    """Return the speed of a body in a collision [m/s].
-
-    It is 0 for a held body, which rests except for its vibration. It is None for a mechanism, whose links move in
-    different directions.
-    """
-    if scene.bodies[name].changes:
-        return None
-    return 0.0 if scene.bodies[name].is_held else mean_velocity(scene, history, name, time, given)
-
-
-def _known(scene: Scene, history: AbstractHistory, channel: str, time: float) -> float | None:
-    """Return a velocity of the record [m/s], or None where it changes much.
-
-    The change is that between the instants around the time.
-    """
-    rate, last = history.record_rate, history.duration
-    apart = 1.0 / rate if rate > 0.0 else 0.0
-    around = [min(max(0.0, t), last) for t in (time - apart, time, time + apart)]
-    before, now, after = values = history.evaluate(around, channel).tolist()
-    changed = max(values) - min(values)
-    return None if changed > MAX_CHANGE * max(scene.fastest, abs(before), abs(after)) else float(now)
-
-
-def _energy_change(
-    scene: Scene, history: AbstractHistory, name: str, start: float, end: float, given: OtherImpulses
-) -> float | None:
-    """Return the growth of the energy of a body between two times [J].
-
-    The energy of an elastic body is recorded at few instants: it is that of the last one before and the first one
-    after. None where something may change it between these and the two times.
-    """
-    body = scene.bodies[name]
-    if not body.moves:
-        return 0.0
-    if math.isfinite(body.rigid_mass):
-        after, before = [mean_velocity(scene, history, name, t, given) for t in (end, start)]
-        if after is None or before is None:
-            return None
-        return _without_rounding(0.5 * body.moving_mass * after**2, 0.5 * body.moving_mass * before**2)
-    if "energy" not in given.recorded:
-        return None
-    start, energy = max(0.0, start), f"energy:{name}"
-    before, after = history.recorded_around(energy, start, end)
-    if max(start - before, after - end) > MAX_BESIDE * (end - start) and not (
-        _keeps_energy(scene, name, given) and _is_quiet(given, before, start) and _is_quiet(given, end, after)
-    ):
-        return None
-    first, last = history.evaluate([before, after], energy).tolist()
-    return _without_rounding(last, first)
-
-
-def _without_rounding(after: float, before: float) -> float:
-    """Return the growth of an energy [J]; 0 where it is rounding."""
-    growth = after - before
-    return growth if abs(growth) > MIN_CHANGE * max(abs(after), abs(before)) else 0.0
-
-
-def _keeps_energy(scene: Scene, name: str, given: OtherImpulses) -> bool:
-    """Return whether only contacts change the energy of a body."""
-    body, elastic = scene.bodies[name], scene.bodies[name].elastic
-    if elastic is None or elastic.is_damped or body.rotation is not None or given.links:
-        return False
-    pulled = scene.gravity != 0.0 and body.falls
-    return not pulled and not any(end.kind == "dashpot" or end.is_loaded for _, end in body.ends)
-
-
-def _is_quiet(given: OtherImpulses, start: float, end: float) -> bool:
-    """Return whether no contact of a body is closed between two times [s]."""
-    begun = int(np.searchsorted(given.starts, end))  # one that closes at the end is not
-    return begun == 0 or bool(given.ends[begun - 1] <= start)
 
 
 def _largest_gap(history: AbstractHistory, contact: str, openings: Sequence[tuple[float, float]]) -> float:

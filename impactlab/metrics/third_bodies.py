@@ -33,7 +33,7 @@ class Others:
     """All that acts on bodies of a run beside the contacts of a pair."""
 
     def __init__(self, scene: Scene, history: AbstractHistory) -> None:
-        self._scene, self._history = scene, history
+        self.scene, self.history = scene, history
         self._links = {link.name for link in history.links}
         self._known: dict[str, Periods] = {}  # by contact
 
@@ -43,7 +43,7 @@ class Others:
         Parts of less than `MAX_SHARE` of the impulse of their collision [N s] do not count.
         """
         for name in pair:
-            body, least = self._scene.bodies[name], MAX_SHARE * abs(impulse)
+            body, least = self.scene.bodies[name], MAX_SHARE * abs(impulse)
             if not body.moves:
                 continue
             if third := self.touched(name, pair, *times, least):
@@ -63,12 +63,12 @@ class Others:
         the time, their whole impulse counts.
         """
         given: dict[str, float] = {}
-        for _, contact in self._scene.met_by(name):
+        for _, contact in self.scene.met_by(name):
             bodies = contact.left.body, contact.right.body
             if {*bodies} == {*pair}:
                 continue
             if contact.shared_name in self._links:
-                before, after = (self._history.impulse_until(contact.name, time) for time in (start, end))
+                before, after = (self.history.impulse_until(contact.name, time) for time in (start, end))
                 met = abs(after - before)
             else:
                 met = self._periods(contact.name).given_in(start, end)
@@ -78,7 +78,7 @@ class Others:
 
     def _periods(self, contact: str) -> Periods:
         if contact not in self._known:
-            spans = sorted(self._history.spans(contact), key=lambda span: span.start)
+            spans = sorted(self.history.spans(contact), key=lambda span: span.start)
             self._known[contact] = Periods(
                 np.array([span.start for span in spans]),
                 np.array([span.until(math.inf) for span in spans]),

@@ -11,12 +11,11 @@ import numpy as np
 
 from impactlab import api
 from impactlab.casefile import Case
-from impactlab.casefile.case import expect_case
-from impactlab.contact.smith import Smith
+from impactlab.casefile.case import simulation_of
 from impactlab.errors import CaseError
 from impactlab.measurement.inputs import in_si, listed
 from impactlab.piling.blow import set_in
-from impactlab.piling.pile import Pile, pile_of
+from impactlab.piling.pile import Pile, pile_of, soil_laws
 from impactlab.piling.soil_at_rest import warn_if_moving
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
@@ -52,7 +51,7 @@ class BearingGraph:
 
 def static_capacity(run: Simulation, pile: Pile) -> float:
     """Return the static capacity [N] of all soil links on a pile."""
-    return sum(law.capacity for contact in pile.soil if isinstance(law := run.method.laws[contact.name], Smith))
+    return sum(law.capacity for law in soil_laws(run, pile).values())
 
 
 def bearing_graph(case: Case | Simulation, capacities: Iterable[float | str]) -> BearingGraph:
@@ -79,9 +78,7 @@ def bearing_graph(case: Case | Simulation, capacities: Iterable[float | str]) ->
     DoubtfulResult
         As `blow`, for each capacity.
     """
-    if not isinstance(case, Simulation):
-        expect_case(case, "bearing_graph")
-    run = case.simulation() if isinstance(case, Case) else case
+    run = simulation_of(case, "bearing_graph")
     pile, wanted = pile_of(run), np.array([in_si("a capacity", each, "N") for each in listed(capacities)])
     if pile.toe is None:
         raise CaseError(
@@ -106,9 +103,6 @@ def bearing_graph(case: Case | Simulation, capacities: Iterable[float | str]) ->
 
 def with_capacity(run: Simulation, pile: Pile, factor: float) -> Simulation:
     """Return a scene whose soil links have their capacities times a factor."""
-    laws = dict(run.method.laws)
-    for contact in pile.soil:
-        law = laws[contact.name]
-        assert isinstance(law, Smith)  # noqa: S101 - the soil of `pile_of`
-        laws[contact.name] = dataclasses.replace(law, capacity=law.capacity * factor)
-    return Simulation(run.scene, dataclasses.replace(run.method, laws=laws))
+    laws = soil_laws(run, pile).items()
+    scaled = {name: dataclasses.replace(law, capacity=law.capacity * factor) for name, law in laws}
+    return Simulation(run.scene, dataclasses.replace(run.method, laws={**run.method.laws, **scaled}))

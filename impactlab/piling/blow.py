@@ -10,10 +10,9 @@ from scipy.integrate import cumulative_trapezoid
 
 from impactlab import api
 from impactlab.casefile import Case
-from impactlab.casefile.case import expect_case
-from impactlab.contact.smith import Smith
+from impactlab.casefile.case import simulation_of
 from impactlab.history.base import AbstractHistory
-from impactlab.piling.pile import Pile, pile_of
+from impactlab.piling.pile import Pile, pile_of, soil_laws
 from impactlab.piling.soil_at_rest import warn_if_moving
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.bodies import WaveBody
@@ -122,9 +121,7 @@ def blow(case: Case | Simulation) -> Blow:
     DoubtfulResult
         If soil yields, or goes furthest, in the last round trip of a wave through the pile: the set may still change.
     """
-    if not isinstance(case, Simulation):
-        expect_case(case, "blow")
-    run = case.simulation() if isinstance(case, Case) else case
+    run = simulation_of(case, "blow")
     pile = pile_of(run)
     count = int(np.ceil(FRAMES_PER_TRANSIT * run.scene.duration / (0.5 * pile.round_trip)))
     history = api.run(case, frames=min(count, POINTS))
@@ -141,9 +138,7 @@ def set_in(history: AbstractHistory, run: Simulation, pile: Pile) -> float | Non
     """
     if pile.toe is None:
         return None
-    law = run.method.laws[pile.toe.name]
-    assert isinstance(law, Smith)  # noqa: S101 - the soil of `pile_of`
-    return sets_of(history)[pile.toe.name] - law.set
+    return sets_of(history)[pile.toe.name] - soil_laws(run, pile)[pile.toe.name].set
 
 
 def sets_of(history: AbstractHistory) -> dict[str, float]:

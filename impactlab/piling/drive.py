@@ -14,11 +14,10 @@ import numpy as np
 
 from impactlab import api
 from impactlab.casefile import Case
-from impactlab.casefile.case import expect_case
-from impactlab.contact.smith import Smith
+from impactlab.casefile.case import simulation_of
 from impactlab.errors import expect_whole
 from impactlab.piling.blow import sets_of
-from impactlab.piling.pile import Pile, pile_of
+from impactlab.piling.pile import Pile, pile_of, soil_laws
 from impactlab.piling.soil_at_rest import warn_if_moving
 from impactlab.piling.static_rest import Rest, check_at_rest, rest_of
 from impactlab.prefixes import prefixed
@@ -133,9 +132,7 @@ def drive(case: Case | Simulation, blows: int) -> Driving:
     DaCostaDanzigerLopes2001.
     """
     expect_whole(blows, "blows", 1, MAX_BLOWS)
-    if not isinstance(case, Simulation):
-        expect_case(case, "drive")
-    run = case.simulation() if isinstance(case, Case) else case
+    run = simulation_of(case, "drive")
     pile = pile_of(run)
     check_at_rest(run, pile)
     return Driving(tuple(_driven(run, pile, blows)))
@@ -164,10 +161,9 @@ def _next(run: Simulation, pile: Pile, rest: Rest, head: float) -> tuple[Simulat
     """
     u = rest.displacement - head
     body = dataclasses.replace(pile.body, displacement=Table(tuple(rest.x.tolist()), tuple(u.tolist())))
-    laws = dict(run.method.laws)
+    laws, of_soil = dict(run.method.laws), soil_laws(run, pile)
     for contact in pile.soil:
-        law, side = laws[contact.name], 1.0 if contact.left.body == pile.body.name else -1.0
-        assert isinstance(law, Smith)  # noqa: S101 - the soil of `pile_of`
-        laws[contact.name] = dataclasses.replace(law, set=rest.sets[contact.name] - side * head)
+        side = 1.0 if contact.left.body == pile.body.name else -1.0
+        laws[contact.name] = dataclasses.replace(of_soil[contact.name], set=rest.sets[contact.name] - side * head)
     scene = dataclasses.replace(run.scene, bodies={**run.scene.bodies, pile.body.name: body})
     return Simulation(scene, dataclasses.replace(run.method, laws=laws)), u[[0, -1]]

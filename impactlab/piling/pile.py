@@ -111,6 +111,11 @@ def soil_of(run: Simulation) -> tuple[WaveBody, tuple[Contact, ...]]:
     return next(iter(rods.values())), soil
 
 
+def soil_laws(run: Simulation, pile: Pile) -> dict[str, Smith]:
+    """Return the laws of the soil links of a pile by contact, in the order of the scene."""
+    return {each.name: law for each in pile.soil if isinstance(law := run.method.laws[each.name], Smith)}
+
+
 def _held(run: Simulation) -> tuple[dict[str, WaveBody], tuple[Contact, ...]]:
     """Return the rods that soil links hold, by name, and these links; without links all rods."""
     scene, laws = run.scene, run.method.laws

@@ -11,7 +11,7 @@ from impactlab.contact.smith import Smith
 from impactlab.errors import DoubtfulResult
 from impactlab.history.base import AbstractHistory
 from impactlab.measurement.inputs import warn
-from impactlab.piling.pile import Pile
+from impactlab.piling.pile import Pile, soil_laws
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
 
@@ -32,7 +32,7 @@ def warn_if_moving(history: AbstractHistory, run: Simulation, pile: Pile, blow: 
     moved = np.array([-history.evaluate(time, f"gap:{contact.name}") for contact in pile.soil])
     if not moved.size:
         return
-    laws = [law for contact in pile.soil if isinstance(law := run.method.laws[contact.name], Smith)]
+    laws = list(soil_laws(run, pile).values())
     quake = np.array([law.quake for law in laws])
     sets = sets_over_time(moved, laws)
     capacity = np.array([law.capacity for law in laws])

@@ -11,9 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError, ImpactlabError
-from impactlab.piling.pile import Pile
+from impactlab.piling.pile import Pile, soil_laws
 from impactlab.scene.bodies.segmented import PLACE_ROUNDING
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
@@ -56,7 +55,7 @@ def rest_of(run: Simulation, pile: Pile, sets: dict[str, float], start: float) -
     check_at_rest(run, pile)
     x = _nodes(pile)
     at = np.array([int(np.searchsorted(x, pile.place(contact))) for contact in pile.soil])
-    laws = [law for contact in pile.soil if isinstance(law := run.method.laws[contact.name], Smith)]
+    laws = list(soil_laws(run, pile).values())
     stiffness = np.array([law.capacity / law.quake for law in laws])
     upper = np.array([law.capacity for law in laws])
     lower = np.array([-law.capacity if law.tension else 0.0 for law in laws])

@@ -9,7 +9,6 @@ from typing import Any
 
 from impactlab.history.base import AbstractHistory
 from impactlab.printing import counted
-from impactlab.refine.references.reference_record import Reference
 from impactlab.report import facts, page_figures
 from impactlab.report.figures.drawn_part import drawn_part
 from impactlab.report.figures.figure_files import FigureFiles
@@ -25,8 +24,7 @@ def write_comparison(
     comparison: Mapping[str, Any],
     histories: Mapping[str, AbstractHistory],
     scene: Scene,
-    reference: Reference | None,
-    references: Mapping[str, AbstractHistory] | None = None,
+    references: Mapping[str, AbstractHistory],
     provenance: Provenance = Provenance(),  # noqa: B008 - a record of texts
     files: FigureFiles = FigureFiles(),  # noqa: B008 - a record
 ) -> None:
@@ -42,10 +40,8 @@ def write_comparison(
         Histories of the methods that ended, by name.
     scene : Scene
         Bodies, contacts, duration and snapshots, the same for all methods.
-    reference : Reference or None
-        The reference of the errors.
-    references : mapping, optional
-        Where methods have references of their own: name of the method to that history.
+    references : mapping
+        The references of their errors, by name of the method.
     provenance : Provenance
         Title, source, command and case of the comparison.
     files : FigureFiles
@@ -55,8 +51,6 @@ def write_comparison(
     (out_dir / "comparison.json").write_text(json.dumps(comparison, indent=2) + "\n", encoding="utf-8")
     (out_dir / "table.md").write_text(markdown(comparison), encoding="utf-8")
     (out_dir / "table.csv").write_text(comma_separated(comparison), encoding="utf-8")
-    if references is None:
-        references = dict.fromkeys(histories, reference[1]) if reference else {}
     names = ",".join(row["name"] for row in comparison["rows"])
     shown, (part, left_out) = traces(histories, references), drawn_part(scene)
     page = Page(

@@ -48,6 +48,7 @@ COLUMNS: Mapping[str, str] = {
     "warnings": "",
 }
 """The columns of the table of a comparison, with their units; see `units_of`."""
+TEXT = ("method", "model", "law", "integrator", "warnings")  # columns of words
 
 
 def units_of(comparison: Mapping[str, Any]) -> dict[str, str]:
@@ -225,7 +226,7 @@ def _aligned(rows: Sequence[Mapping[str, Any]], names: Sequence[str], headed: Se
     full = [[headed[i] for i in places], *(line for line in body if len(line) == len(names))]
     widths = [max(len(line[i]) for line in full) for i in range(len(names))]
     widths[0] = max([widths[0], *(len(line[0]) for line in body)])
-    text = {i for i, name in enumerate(names) if name in ("method", "model", "law", "integrator", "warnings")}
+    text = {i for i, name in enumerate(names) if name in TEXT}
 
     def aligned(line: Sequence[str]) -> str:
         padded = zip(line, widths, range(len(widths)), strict=False)  # a failed row has two cells only

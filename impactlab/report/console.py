@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from impactlab.history.advice import warning_lines
 from impactlab.history.base import SERIOUS
+from impactlab.history.units import UNITS
 from impactlab.metrics.collision_texts import sentences
 from impactlab.printing import plain
 from impactlab.scene.method import Simulation, is_exact
@@ -35,9 +36,7 @@ MAIN_ERRORS = (
     "exit_velocity",
 )
 ROUNDING = 1e-11  # of a share: less is written as 0
-UNITS_AT_END = {
-    "position": "m", "velocity": "m/s", "momentum": "N s", "energy": "J", "angles": "rad", "rates": "rad/s",
-}  # fmt: skip
+UNITS_AT_END = {**UNITS, "angles": UNITS["angle"], "rates": UNITS["rate"]}
 UNITS_DERIVED = {
     "stiffness": "N/m", "damping": "N s/m",
     "mass": "kg", "round_trip": "s", "wave_speed": "m/s", "impedance": "N s/m", "bending_stiffness": "N m2",
@@ -58,6 +57,7 @@ STEADY = (
 )
 """Facts of a steady rotation: key, unit and words."""
 FIRST_LINES, LAST_LINES = 5, 2  # of a longer list
+INDENT = 12 * " "  # of the second line of an entry
 
 
 def say(text: str) -> None:
@@ -107,13 +107,12 @@ def summary_text(summary: Mapping[str, Any]) -> str:
         *(f"  warning   {line}" for line in warning_lines(serious)),
         f"  method    {models}; {laws}; {integrator}" + (f"; dt {method['dt']:.6g} s" if method["dt"] else ""),
     ]
-    lines += _shortened(summary["events"], _event, "events", lambda event: event.get("impulse"))
-    lines += _shortened(summary["contacts"], _contact, "contacts", lambda span: span["impulse"])
+    lines += _listed("events", summary["events"], _event)
+    lines += _listed("contacts", summary["contacts"], _contact)
     lines += [_link(each) for each in summary.get("links", ())]
     together, met = sentences(summary["collisions"])
     lines += [f"            {together} (each: --json)"] * bool(together)
-    lines += [f"  collision {each}" for each in met[:MAX_LINES]]
-    lines += [f"            ... {len(met) - MAX_LINES} more collisions (all of them: --json)"] * (len(met) > MAX_LINES)
+    lines += _shortened(met, lambda each: f"  collision {each}", lambda _: " collisions", INDENT)
     lines += _at_end(summary["final"]["bodies"])
     lines += [_rotation(name, turn) for name, turn in summary.get("rotation", {}).items()]
     energy = summary["energy"]
@@ -129,7 +128,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     taken = "intervals between events" if exact else "steps"
     lines.append(f"  cost      {cost['steps']} {taken}, {cost['solve_s']:.3g} s to solve")
     if exact and cost["steps"] > MAX_INTERVALS:
-        lines.append(f"            {ADVICE_OF_STEP}")
+        lines.append(f"{INDENT}{ADVICE_OF_STEP}")
     others = [warned for warned in summary["warnings"] if warned not in serious]
     lines += [f"  warning   {line}" for line in warning_lines(others)]
     return "\n".join(lines)
@@ -234,56 +233,45 @@ def _contact(span: Mapping[str, Any]) -> str:
 
 
 def _shortened(
-    entries: Sequence[Mapping[str, Any]],
-    line: Callable[[Mapping[str, Any]], str],
-    name: str,
-    impulse: Callable[[Mapping[str, Any]], float | None],
+    entries: Sequence[Any], line: Callable[[Any], str], more: Callable[[Sequence[Any]], str], indent: str = ""
 ) -> list[str]:
-    """Return one line per entry, the first and last of many.
-
-    A count of those between has their impulses.
-    """
+    """Return one line per entry, the first and last of many; ``more`` describes those between, on one line."""
     if len(entries) <= MAX_LINES:
         return [line(entry) for entry in entries]
     between = entries[FIRST_LINES : len(entries) - LAST_LINES]
-    impulses = [value for value in map(impulse, between) if value is not None]
-    within = f", impulses {_number(min(impulses))} to {_number(max(impulses))} N s" if impulses else ""
-    first, last = entries[:FIRST_LINES], entries[-LAST_LINES:]
-    rest = f"            ... {len(between)} more {name}{within} (all of them: --json)"
-    return [*map(line, first), rest, *map(line, last)]
+    rest = f"{indent}... {len(between)} more{more(between)} (all of them: --json)"
+    return [*map(line, entries[:FIRST_LINES]), rest, *map(line, entries[-LAST_LINES:])]
+
+
+def few_of(names: Sequence[str]) -> list[str]:
+    """Return names as they are, the first and last of many with the number of those between."""
+    return _shortened(names, str, lambda _between: "")
+
+
+def _listed(name: str, entries: Sequence[Mapping[str, Any]], line: Callable[[Mapping[str, Any]], str]) -> list[str]:
+    """Return one line per entry; for those between the first and last of many, the range of their impulses."""
+
+    def more(between: Sequence[Mapping[str, Any]]) -> str:
+        impulses = [value for each in between if (value := each.get("impulse")) is not None]
+        return f" {name}" + (f", impulses {_number(min(impulses))} to {_number(max(impulses))} N s" if impulses else "")
+
+    return _shortened(entries, line, more, INDENT)
 
 
 def _at_end(bodies: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Return one line per body, the first and last of many.
-
-    For those between, the range of each quantity is given.
-    """
+    """Return one line per body; for those between the first and last of many, the range of each quantity."""
 
     def line(name: str) -> str:
         return f"  at end    {name}: " + ", ".join(_state(key, value) for key, value in bodies[name].items())
 
-    names = list(bodies)
-    if len(names) <= MAX_LINES:
-        return [line(name) for name in names]
-    between = names[FIRST_LINES : len(names) - LAST_LINES]
-    ranges = []
-    for key in dict.fromkeys(key for name in between for key in bodies[name]):
-        values = [value for name in between if isinstance(value := bodies[name].get(key), float)]
-        if values:
-            ranges.append(f", {key} {_number(min(values))} to {_number(max(values))}")
-    rest = f"            ... {len(between)} more bodies{''.join(ranges)} (all of them: --json)"
-    return [*map(line, names[:FIRST_LINES]), rest, *map(line, names[-LAST_LINES:])]
+    def more(between: Sequence[str]) -> str:
+        ranges = ""
+        for key in dict.fromkeys(key for name in between for key in bodies[name]):
+            values = [value for name in between if isinstance(value := bodies[name].get(key), float)]
+            ranges += f", {key} {_number(min(values))} to {_number(max(values))}" if values else ""
+        return f" bodies{ranges}"
 
-
-def few_of(names: Sequence[str]) -> list[str]:
-    """Return names as they are, the first and last of many.
-
-    The number of those between stands in their place.
-    """
-    if len(names) <= MAX_LINES:
-        return list(names)
-    rest = f"... {len(names) - FIRST_LINES - LAST_LINES} more (all of them: --json)"
-    return [*names[:FIRST_LINES], rest, *names[-LAST_LINES:]]
+    return _shortened(list(bodies), line, more, INDENT)
 
 
 def _options(options: Mapping[str, Any]) -> str:

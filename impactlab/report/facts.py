@@ -16,9 +16,9 @@ from impactlab.history.base import AbstractHistory
 from impactlab.metrics.collisions import agreement_texts
 from impactlab.options import Relative
 from impactlab.plugins import kind_of
+from impactlab.prefixes import scaled
 from impactlab.printing import enumerated
 from impactlab.report.comparison import cell, in_round_trips, model_label
-from impactlab.report.figures.style import scaled
 from impactlab.report.summary import STEPPED, has_numbers
 from impactlab.scene.bodies import Beam, Body, End, Mass, Mechanism, PartMechanism, Shaft, Wall, WaveBody
 from impactlab.scene.method import Method, laws_of

@@ -10,12 +10,12 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from impactlab.jobs.files import write_whole
 from impactlab.report import facts
 from impactlab.report.figures import mechanism
-from impactlab.report.figures.figure_files import FigureFiles, inline, save, with_classes
+from impactlab.report.figures.figure_files import FigureFiles, PageFigure, on_page
 from impactlab.report.figures.loading import load_matplotlib
 from impactlab.report.figures.named_contacts import words_on_figures
 from impactlab.report.figures.signals import named
@@ -26,20 +26,6 @@ from impactlab.report.side_by_side import side_by_side
 from impactlab.report.sketch import sketch
 from impactlab.report.table import page_headings, page_rows
 from impactlab.scene.problem import Scene
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-
-class PageFigure(NamedTuple):
-    """A figure as it stands on the page."""
-
-    name: str  # of its files
-    title: str
-    caption: str  # how to read it
-    draw: Callable[[], Figure]  # in the width in use
-    has_live_twin: bool = False  # True: hidden on the screen where the script draws the same
-    is_printed: bool = True  # False: drawn where all figures are requested; the page shows it live alone
 
 
 class Page(NamedTuple):
@@ -76,24 +62,23 @@ def write_page(
     folder = out_dir / "figures"
     folder.mkdir()
     references = [named(trace.reference) for trace in page.traces if trace.reference is not None]
-    shown = [plate for plate in page.figures if plate.is_printed or files.every]
+    shown = [each for each in page.figures if each.is_printed or files.every]
     if files.width:
         with figure_width(COLUMNS[files.width]):
-            side_by_side([partial(_inline, plate, folder, files.formats) for plate in shown])
+            side_by_side([partial(each.write, folder, files.formats) for each in shown])
     formats = () if files.width else files.formats
     load_matplotlib()  # once, not in each process that draws
     live = partial(page_data, page.traces, scene, compared=page.command == "compare") if page.traces else str
     calls: list[Callable[[], str | None]] = [*page.others, live]
-    calls += [partial(_inline, plate, folder, formats) for plate in shown]
+    calls += [partial(each.write, folder, formats) for each in shown]
     data, *drawings = (text or "" for text in side_by_side(calls)[len(page.others) :])
-    figures, rules = with_classes(drawings)
-    plates = [{"plate": plate, "svg": svg} for plate, svg in zip(shown, figures, strict=True)]
+    figures, rules = on_page(shown, drawings)
     formats_said = ", ".join(files.formats).upper() + ("" if files.every else "; all, as PNG or PDF: --figures png,pdf")
     text = rendered(
         "impactlab.report",
         "page.html.j2",
         page=page,
-        plates=plates,
+        figures=figures,
         rules=rules,
         origin=provenance,
         date=provenance.date or now(),
@@ -146,11 +131,6 @@ def _facts(page: Page, scene: Scene, left_out: str) -> list[tuple[str, str]]:
     links = {link.name for trace in page.traces for link in trace.history.links}
     drawn = (("drawn", left_out), ("forces drawn", forces))
     return [*facts.scene_facts(scene, links), *((name, words) for name, words in drawn if words)]
-
-
-def _inline(plate: PageFigure, folder: Path, formats: Sequence[str]) -> str:
-    """Write the files of a figure and return it as it stands on the page."""
-    return inline(save(plate.draw(), folder, plate.name, formats), f"{plate.title}. {plate.caption}")
 
 
 def _commands(page: Page, provenance: Provenance) -> list[str]:

@@ -10,11 +10,11 @@ from typing import Any
 from impactlab.history.base import AbstractHistory
 from impactlab.report.comparison import cell
 from impactlab.report.figures import applications, balance, diagram, fields, mechanism, overview, plots, signals
+from impactlab.report.figures.figure_files import PageFigure
 from impactlab.report.figures.named_contacts import NamedContact, law_of, named_contacts, with_figures
 from impactlab.report.figures.row_diagram import is_row, row_of_forces
 from impactlab.report.figures.signals import MEASURED, Panel
 from impactlab.report.figures.style import Trace, exact_of
-from impactlab.report.page import PageFigure
 from impactlab.scene.bodies import Mechanism
 from impactlab.scene.problem import Scene
 
@@ -44,7 +44,7 @@ def of_run(trace: Trace, scene: Scene) -> list[PageFigure]:
         for name in chains
     ]
     own = [trace.history, *([trace.reference] if trace.reference is not None else [])]
-    first = [*moved, *applications.plates_of(trace, scene), *probes([trace], scene, compared=False)]
+    first = [*moved, *applications.of_laws_with_memory(trace, scene), *probes([trace], scene, compared=False)]
     return [*first, *waves(own, scene), *row_forces(trace.history), *over_time, shares, *along]
 
 
@@ -125,7 +125,7 @@ def histories_of(
     notes : mapping, optional
         Name of a trace to the words above its panel of the force.
     """
-    plates = []
+    figures = []
     known = [trace.history for trace in shown]
     drawn, several = with_figures(known), len(named_contacts(known)) > 1
     for number, contact in enumerate(drawn):
@@ -133,7 +133,7 @@ def histories_of(
         words = f"The whole run, and the range near zero, which shows penetration and near touches.{dark}"
         traces = shown if notes is not None else [each._replace(name=law_of(each.history, contact)) for each in shown]
         draw = partial(plots.force, traces, scene, contact.name, notes)
-        plates.append(
+        figures.append(
             PageFigure(
                 f"force{tail}",
                 f"Contact force{of}",
@@ -145,9 +145,9 @@ def histories_of(
         )
         if not contact.linked:
             draw = partial(plots.gap, shown, scene, contact.name)
-            plates.append(PageFigure(f"gap{tail}", f"Gap{of}", words, draw, True, False))
+            figures.append(PageFigure(f"gap{tail}", f"Gap{of}", words, draw, True, False))
     if not scene.contacts:
-        return plates
+        return figures
     histories, compared = signals.shown(shown), len(shown) > 1
     panels = [
         panel
@@ -159,7 +159,7 @@ def histories_of(
         if any(body.changes for body in scene.bodies.values()):
             words = f"Faces of a mechanism have their position in space, along the contact. {words}"
         draw = partial(plots.signals, panels, histories, scene, compared=compared)
-        plates.append(PageFigure("displacement", "Displacement", words, draw, True, False))
+        figures.append(PageFigure("displacement", "Displacement", words, draw, True, False))
     if plots.differences(shown):
         words = (
             "The largest difference of a displacement from the reference so far, in % of its largest "
@@ -167,8 +167,8 @@ def histories_of(
             "differences."
         )
         draw = partial(plots.difference, shown, scene)
-        plates.append(PageFigure("difference", "Growth of the difference", words, draw, is_printed=not compared))
-    return plates
+        figures.append(PageFigure("difference", "Growth of the difference", words, draw, is_printed=not compared))
+    return figures
 
 
 def _on_pieces(contact: NamedContact) -> str:
@@ -181,12 +181,12 @@ def fields_at_snapshots(shown: Sequence[Trace], scene: Scene, words: str) -> lis
 
     There are none where the case has no snapshots.
     """
-    plates = []
+    figures = []
     for number, (name, body) in enumerate(scene.elastic.items() if scene.snapshots else ()):
         load = fields.load_of(body)
         title = f"{load.replace('_', ' ').capitalize()} in {name}"
         caption = f"Along the {body.kind} {words}"
-        plates.append(
+        figures.append(
             PageFigure(
                 f"{load}_{name}",
                 title,
@@ -195,7 +195,7 @@ def fields_at_snapshots(shown: Sequence[Trace], scene: Scene, words: str) -> lis
                 is_printed=number < MAX_PRINTED,
             )
         )
-    return plates
+    return figures
 
 
 def waves(histories: Sequence[AbstractHistory], scene: Scene) -> list[PageFigure]:

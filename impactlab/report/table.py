@@ -7,11 +7,10 @@ import io
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from impactlab.report.comparison import COLUMNS, cells, headings, table_rows, units_of
+from impactlab.report.comparison import COLUMNS, TEXT, cells, headings, table_rows, units_of
 
 JUDGED = ("mass", "face", "impulse")
 """The columns in which the smallest value is the best."""
-TEXT = ("method", "model", "law", "integrator", "warnings")
 FIRST = ("method", "mass", "face", "impulse", "first opening", "contacts", "gain", "loss", "solve", "steps", "dt")
 """The columns of the page, errors first: a narrow screen shows the first few."""
 UNDER = ("model", "law", "integrator")

@@ -1,7 +1,4 @@
-"""Results of the last few simulations, for cases that are run again.
-
-They are not checked and built again.
-"""
+"""The last few results of a function: by key, or by scene and method for cases that are run again."""
 
 from __future__ import annotations
 
@@ -13,7 +10,31 @@ from impactlab.scene.problem import Scene
 from impactlab.scene.sizes import memory_limit
 
 MAX_KEPT = 8  # results that are kept
+Key = TypeVar("Key")
 Made = TypeVar("Made")
+_MISSING: Any = object()
+
+
+class Recent(dict[Key, Made]):
+    """The results that were used last, by key; of ``most`` + 1 results the one not used for longest is dropped."""
+
+    def __init__(self, most: int) -> None:
+        super().__init__()
+        self._most = most
+
+    def get_or_make(
+        self, key: Key, make: Callable[[], Made], is_kept: Callable[[Made], bool] = lambda _made: True
+    ) -> Made:
+        """Return the result of a key, made if needed, and kept if ``is_kept`` holds for it."""
+        made: Made = self.pop(key, _MISSING)  # in one step, as another thread may drop it
+        if made is _MISSING:
+            made = make()
+            if not is_kept(made):
+                return made
+        self[key] = made
+        while len(self) > self._most:
+            self.pop(next(iter(self)), None)
+        return made
 
 
 class KeepsResults(Generic[Made]):
@@ -36,7 +57,7 @@ class KeepsResults(Generic[Made]):
         self, make: Callable[[Scene, Method], Made], is_kept: Callable[[Made], bool], limited: bool = True
     ) -> None:
         self._make, self._is_kept, self._limited = make, is_kept, limited
-        self._known: dict[Any, tuple[Scene, Method, Made]] = {}
+        self._recent: Recent[tuple[int, int, float], tuple[Scene, Method, Made]] = Recent(MAX_KEPT)
 
     def __call__(self, scene: Scene, method: Method) -> Made:
         """Return the result for a scene and a method, made or kept.
@@ -44,10 +65,6 @@ class KeepsResults(Generic[Made]):
         It raises as the function does.
         """
         key = id(scene), id(method), memory_limit() if self._limited else 0.0
-        known = self._known.get(key)
-        if known is not None:
-            return known[2]
-        made = self._make(scene, method)
-        if self._is_kept(made):
-            self._known = dict([*self._known.items(), (key, (scene, method, made))][-MAX_KEPT:])
-        return made
+        return self._recent.get_or_make(
+            key, lambda: (scene, method, self._make(scene, method)), lambda made: self._is_kept(made[2])
+        )[2]

@@ -7,13 +7,14 @@ import json
 import shlex
 import zlib
 from collections.abc import Collection
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from impactlab.report import facts
-from impactlab.report.figures.figure_files import Plate, saved_plates
+from impactlab.report.figures.figure_files import PageFigure, write_figures
 from impactlab.report.page import write_study
 from impactlab.report.provenance import Provenance
 from impactlab.scene.problem import Scene
@@ -56,15 +57,19 @@ def write_page(
     dims = [str(dim) for dim in found["status"].dims]
     is_drawn = dims != ["point"] and len(dims) <= 2
     names = [name for name in map(str, found.data_vars) if name not in ABOUT and not is_sampled(name)]
-    plates, panels = [], {}
-    for name in [name for name in names if found[name].size] if is_drawn else ():
+    figures, panels = [], {}
+
+    def draw(name: str) -> Figure:
         figure = plot_sweep(found, name)
+        panels[name] = _panels(figure)
+        return figure
+
+    for name in [name for name in names if found[name].size] if is_drawn else ():
         title, more = clauses(found[name])
         caption = f"{more.capitalize()}. " if more else ""
         caption += CAPTION_LINE if len(dims) == 1 else CAPTION_MAP
-        plates.append(Plate(name, title, caption, figure))
-        panels[name] = _panels(figure)
-    drawn, rules = saved_plates(folder, plates)
+        figures.append(PageFigure(name, title, caption, partial(draw, name)))
+    drawn, rules = write_figures(folder, figures)
     (folder / "case.yaml").write_text(origin.case_yaml.rstrip() + "\n", encoding="utf-8")
     (folder / "citations.bib").write_text(origin.citations.rstrip() + "\n", encoding="utf-8")
     every, data = _data(found, names, again, is_drawn=is_drawn)
@@ -76,7 +81,7 @@ def write_page(
         title=origin.title or found.attrs["title"],
         kicker=f"impactlab · a sweep of {found['status'].size:,} points",
         facts=[*_facts(found), *facts.scene_facts(scene, links)],
-        plates=[{**each, "panels": panels[each["name"]]} for each in drawn],
+        figures=[{**each, "panels": panels[each["name"]]} for each in drawn],
         rules=rules,
         every=every,
         lacking=[name for name in map(str, found.data_vars) if is_sampled(name)],
@@ -85,7 +90,7 @@ def write_page(
             ("sweep.nc", "labelled data, for xarray"),
             ("case.yaml", "the case that is swept"),
             ("citations.bib", "sources to cite"),
-            *([("figures/", "SVG, PNG")] if plates else []),
+            *([("figures/", "SVG, PNG")] if figures else []),
         ],
         data=data,
     )

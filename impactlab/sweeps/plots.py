@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from impactlab.casefile.text.words import closest, listed, shown
-from impactlab.errors import CaseError
+from impactlab.casefile.text.words import listed, shown
+from impactlab.errors import CaseError, closest
+from impactlab.prefixes import Unit, scaled
 from impactlab.report.figures.style import (
     INK,
     LETTER,
@@ -20,13 +21,11 @@ from impactlab.report.figures.style import (
     PALETTE,
     UNNAMED,
     Margins,
-    Unit,
     drawn,
     grid,
     labelled,
     log_axis,
     panel_grid,
-    scaled,
 )
 from impactlab.sweeps.chunks import STATUSES
 from impactlab.sweeps.quantities import absent_words

@@ -12,7 +12,8 @@ from impactlab.casefile.text.words import listed, shown
 from impactlab.errors import CaseError
 from impactlab.history.base import AbstractHistory, ContactSpan
 from impactlab.history.units import UNITS
-from impactlab.metrics.collisions import collisions, mean_velocity
+from impactlab.metrics.body_motion import BodyMotion
+from impactlab.metrics.collisions import collisions
 from impactlab.plugins import QUANTITIES, Registry, describe
 from impactlab.scene.problem import Scene
 from impactlab.sweeps.sampled import Sampled, extreme_in
@@ -282,8 +283,9 @@ def final_velocity(scene: Scene, history: AbstractHistory) -> dict[str, float]:
 
     Mechanisms move in a plane.
     """
-    names = [name for name in labels_of(scene, BODY) if not scene.bodies[name].changes]
-    found = {name: mean_velocity(scene, history, name, history.duration) for name in names}
+    names, channels = labels_of(scene, BODY), frozenset(history.channels())
+    motions = (BodyMotion(scene, history, name, channels) for name in names if not scene.bodies[name].changes)
+    found = {each.name: each.mean_velocity(history.duration) for each in motions}
     return {name: velocity for name, velocity in found.items() if velocity is not None}
 
 

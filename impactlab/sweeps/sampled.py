@@ -9,8 +9,8 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from impactlab.casefile.text.words import closest, listed, shown
-from impactlab.errors import CaseError
+from impactlab.casefile.text.words import listed, shown
+from impactlab.errors import CaseError, closest
 from impactlab.history.arguments import END_ROUNDING
 from impactlab.history.base import AbstractHistory
 from impactlab.history.extremes import extremes

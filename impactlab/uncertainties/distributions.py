@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.casefile import Case
-from impactlab.casefile.text.words import closest, shown
+from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.units import to_si
-from impactlab.errors import CaseError, ImpactlabError
+from impactlab.errors import CaseError, ImpactlabError, closest
 from impactlab.sweeps import axes, axis_texts, given_twice
 from impactlab.types import Array
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection
+from functools import partial
 from pathlib import Path
 
 from impactlab.report import facts
-from impactlab.report.figures.figure_files import Plate, saved_plates
+from impactlab.report.figures.figure_files import PageFigure, write_figures
 from impactlab.report.page import write_study
 from impactlab.report.provenance import Provenance
 from impactlab.scene.problem import Scene
@@ -32,7 +33,7 @@ def write_page(folder: Path, found: Uncertainty, scene: Scene, origin: Provenanc
 
     ``links`` are the names of the contacts that are joined from the start.
     """
-    plates, rules = saved_plates(folder, _figures(found))
+    figures, rules = write_figures(folder, _figures(found))
     write_study(
         folder / "index.html",
         "impactlab.uncertainties",
@@ -41,7 +42,7 @@ def write_page(folder: Path, found: Uncertainty, scene: Scene, origin: Provenanc
         title=origin.title or f"Uncertainty of {found.case}",
         kicker=f"impactlab · {found.samples:,} samples of {_numbers(len(found.uncertain))}",
         facts=[*_facts(found), *facts.scene_facts(scene, links)],
-        plates=plates,
+        figures=figures,
         rules=rules,
         tables=found.tables,
         warnings=found.warnings,
@@ -51,25 +52,26 @@ def write_page(folder: Path, found: Uncertainty, scene: Scene, origin: Provenanc
             ("sweep.nc", "labelled data, for xarray"),
             ("case.yaml", "the case"),
             ("citations.bib", "sources to cite"),
-            *([("figures/", "SVG, PNG")] if plates else []),
+            *([("figures/", "SVG, PNG")] if figures else []),
         ],
     )
 
 
-def _figures(found: Uncertainty) -> list[Plate]:
+def _figures(found: Uncertainty) -> list[PageFigure]:
     """Return the figures of the page."""
-    plates = []
+    figures = []
     if found.shares:
-        plates.append(Plate("contacts", "Number of periods of contact", COUNTS, found.plot("contacts")))
+        figures.append(PageFigure("contacts", "Number of periods of contact", COUNTS, partial(found.plot, "contacts")))
     if found.known_indices:
-        plates.append(Plate("indices", "Sobol indices", INDICES, found.plot_indices()))
+        figures.append(PageFigure("indices", "Sobol indices", INDICES, found.plot_indices))
     captions = {True: BAND, False: CAPTION}
     for name in dict.fromkeys(each.quantity for each in found.spreads if each.varies and each.quantity != "contacts"):
         sampled = is_sampled(name)
         title = name if sampled else clauses(found.data[name])[0]
-        plates.append(Plate(re.sub(r"\W+", "_", name), title, captions.get(sampled, ""), found.plot(name)))
+        draw = partial(found.plot, name)
+        figures.append(PageFigure(re.sub(r"\W+", "_", name), title, captions.get(sampled, ""), draw))
         captions.pop(sampled, None)  # the first figure of a kind explains it
-    return plates
+    return figures
 
 
 def _facts(found: Uncertainty) -> list[tuple[str, str]]:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from impactlab.report.figures.style import INK, MUTED, PALETTE, Margins, Unit, drawn, grid, panel_grid
+from impactlab.prefixes import Unit
+from impactlab.report.figures.style import INK, MUTED, PALETTE, Margins, drawn, grid, panel_grid
 from impactlab.sweeps.plots import fitted
 from impactlab.sweeps.result import clauses, labels_in
 from impactlab.sweeps.sampled import is_sampled

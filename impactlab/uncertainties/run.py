@@ -16,8 +16,8 @@ import numpy as np
 from impactlab import derivatives
 from impactlab.casefile import Case
 from impactlab.casefile.case import expect_case
-from impactlab.casefile.text.words import closest, shown
-from impactlab.errors import CaseError, ImpactlabError
+from impactlab.casefile.text.words import shown
+from impactlab.errors import CaseError, ImpactlabError, closest
 from impactlab.jobs.files import write_whole
 from impactlab.measurement.inputs import in_si, listed
 from impactlab.report.facts import joined_in

@@ -9,7 +9,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impactlab.history.base import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned
+from impactlab.history.base import AbstractHistory, ContactSpan, Cost, Event, Field, Warned
+from impactlab.history.energy import EnergyBook
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
 

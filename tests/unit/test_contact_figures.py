@@ -87,14 +87,14 @@ def _scaled(history: AbstractHistory, factor: float) -> AbstractHistory:
 
 def test_pieces_of_one_name_share_a_figure_and_links_have_no_gap(pile: AbstractHistory) -> None:
     made = of_run(pile)
-    assert [plate.title for plate in made if plate.name.startswith("force_")] == [
+    assert [figure.title for figure in made if figure.name.startswith("force_")] == [
         "Contact force, ram|helmet",
         "Contact force, helmet|pile.left",
         "Contact force, shaft",
         "Contact force, toe",
     ]
-    assert [plate.name for plate in made if plate.name.startswith("gap")] == ["gap_1", "gap_2"]
-    shaft = next(plate for plate in made if plate.title.endswith("shaft"))
+    assert [figure.name for figure in made if figure.name.startswith("gap")] == ["gap_1", "gap_2"]
+    shaft = next(figure for figure in made if figure.title.endswith("shaft"))
     assert shaft.caption.startswith("The sum of 15 pieces.")
     axes = shaft.draw().axes[0]
     assert (axes.get_title("left"), axes.get_title("right")) == ("shaft", "smith")
@@ -103,13 +103,13 @@ def test_pieces_of_one_name_share_a_figure_and_links_have_no_gap(pile: AbstractH
 def test_a_run_read_from_a_file_has_the_same_figures(pile: AbstractHistory, tmp_path: Path) -> None:
     pile.to_netcdf(tmp_path / "pile.nc")
     again = il.open_netcdf(tmp_path / "pile.nc")
-    assert [plate.name for plate in of_run(again)] == [plate.name for plate in of_run(pile)]
+    assert [figure.name for figure in of_run(again)] == [figure.name for figure in of_run(pile)]
     assert [contact.linked for contact in with_figures([again])] == [False, False, True, True]
 
 
 def test_a_name_of_a_contact_serves_in_an_exact_run() -> None:
     history = il.run(il.load_case("axial_impact").with_("contacts.0.name", "head").method("continuous"))
-    (force, gap) = (plate.draw() for plate in of_run(history) if plate.name in ("force", "gap"))
+    (force, gap) = (figure.draw() for figure in of_run(history) if figure.name in ("force", "gap"))
     assert force.axes[0].get_title("left") == gap.axes[0].get_title("left") == "head"
     assert np.max(force.axes[0].lines[0].get_ydata()) == pytest.approx(78.28, rel=1e-3)  # kN
 
@@ -130,7 +130,7 @@ def test_of_many_contacts_the_first_the_last_and_the_largest_have_figures(chain:
     assert (numbers[0], numbers[-1]) == (1, 30)
     assert max(np.diff(numbers)) <= 5  # forces that are alike: spread over the row
     assert words_on_figures([chain], "history.npz has all").startswith("12 of 30: the first, the last and those")
-    assert sum(plate.name.startswith("force_") for plate in of_run(chain)) == MAX_FIGURES
+    assert sum(figure.name.startswith("force_") for figure in of_run(chain)) == MAX_FIGURES
     heavy = il.run(chain_of(30).with_("bodies.bead.mass", {"each": [4e-3 if i < 20 else 4e-2 for i in range(30)]}))
     forces = {
         number: float(heavy.largest(f"force:{each.name}")) for number, each in enumerate(heavy.scene.contacts, start=1)
@@ -201,7 +201,7 @@ def test_a_converged_reference_is_not_called_exact(pile: AbstractHistory) -> Non
     assert [axes.get_title("left") for axes in figure.axes] == ["ram | helmet", "helmet | pile.left"]  # no links
     assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == ["converged", "base"]
     document = {"rows": [{"name": "base", "summary": {"errors": None}}]}
-    captions = " ".join(plate.caption for plate in page_figures.of_comparison(document, shown, pile.scene))
+    captions = " ".join(figure.caption for figure in page_figures.of_comparison(document, shown, pile.scene))
     assert "converged closings and openings" in captions
     assert "exact" not in captions
 
@@ -212,8 +212,8 @@ def test_a_comparison_names_the_contact_of_its_forces(pile: AbstractHistory) -> 
 
 
 def test_of_many_curves_those_furthest_apart_have_names(pile: AbstractHistory) -> None:
-    plate = next(plate for plate in of_run(pile) if plate.name == "displacement")
-    figure = plate.draw()
+    figure = next(figure for figure in of_run(pile) if figure.name == "displacement")
+    figure = figure.draw()
     axes = figure.axes[0]
     names = [text.get_text() for text in axes.texts]
     assert len(names) == MAX_LABELS

@@ -86,9 +86,9 @@ def test_the_starter_ends_before_the_first_echo() -> None:
 
 
 def test_the_picture_of_the_starter_follows_its_specimen(history) -> None:
-    plate = applications.plates_of(Trace("starter", history, PALETTE[0]), history.scene)[0]
-    assert "far end" in plate.caption
-    strain, stress = plate.draw().axes[0].lines[2].get_data()
+    figure = applications.of_laws_with_memory(Trace("starter", history, PALETTE[0]), history.scene)[0]
+    assert "far end" in figure.caption
+    strain, stress = figure.draw().axes[0].lines[2].get_data()
     assert 4.9 < np.max(strain) < 5.0
     assert np.min(stress) > -1.0
     assert np.max(stress) < 270.0

@@ -17,6 +17,7 @@ from impactlab.models.mesh.beams import BeamMesh
 from impactlab.refine.descriptions.suitable import for_choice
 from impactlab.scene import Beam, BeamSegment, End
 from impactlab.scene.method import Tolerance
+from impactlab.scene.recent import Recent
 
 CASES = Path(__file__).parents[2] / "cases"
 SEGMENT = BeamSegment(length=1.0, area=3e-4, inertia=8e-9, young=2.1e11, density=7850.0)
@@ -24,8 +25,8 @@ SEGMENT = BeamSegment(length=1.0, area=3e-4, inertia=8e-9, young=2.1e11, density
 
 @pytest.fixture(autouse=True)
 def nothing_kept(monkeypatch):
-    monkeypatch.setattr(kept, "_kept", type(kept._kept)())
-    monkeypatch.setattr(shapes, "_kept", type(shapes._kept)())
+    monkeypatch.setattr(kept, "_kept", Recent(kept.MAX_KEPT))
+    monkeypatch.setattr(shapes, "_kept", Recent(shapes.MAX_KEPT))
 
 
 @pytest.mark.parametrize("kinds", list(itertools.product(("free", "pinned", "clamped"), repeat=2)))

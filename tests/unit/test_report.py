@@ -17,12 +17,13 @@ from impactlab import load_case
 from impactlab.errors import CaseError
 from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
 from impactlab.history.sampling import FRAMES
+from impactlab.prefixes import scaled
 from impactlab.report.compare_report import write_comparison
 from impactlab.report.comparison import comparison
 from impactlab.report.facts import findings, scene_facts, si
 from impactlab.report.figures import balance, diagram, overview, plots
 from impactlab.report.figures.figure_files import figure_files, inline, to_svg
-from impactlab.report.figures.style import INK, PALETTE, Trace, curve, scaled, spread, traces
+from impactlab.report.figures.style import INK, PALETTE, Trace, curve, spread, traces
 from impactlab.report.provenance import Provenance
 from impactlab.report.run_report import write_run
 from impactlab.report.sketch import sketch
@@ -129,14 +130,16 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a comparison as a command writes it."""
     folder = tmp_path_factory.mktemp("written")
     document, histories = three()
-    write_comparison(folder, document, histories, scene().scene, EXACT, provenance=ORIGIN)
+    write_comparison(folder, document, histories, scene().scene, dict.fromkeys(histories, EXACT[1]), provenance=ORIGIN)
     return folder
 
 
 def test_a_comparison_writes_all_its_files(tmp_path: Path) -> None:
     document, histories = three()
     asked = figure_files("svg,png", None)
-    write_comparison(tmp_path, document, histories, scene().scene, EXACT, provenance=ORIGIN, files=asked)
+    write_comparison(
+        tmp_path, document, histories, scene().scene, dict.fromkeys(histories, EXACT[1]), provenance=ORIGIN, files=asked
+    )
     assert json.loads((tmp_path / "comparison.json").read_text()) == document
     assert {path.name for path in tmp_path.iterdir()} == {
         "comparison.json",
@@ -241,7 +244,9 @@ def test_other_formats_and_widths_are_refused(formats: str, width: str | None, w
 @pytest.mark.slow
 def test_the_same_comparison_gives_the_same_bytes(written: Path, tmp_path: Path) -> None:
     document, histories = three()
-    write_comparison(tmp_path, document, histories, scene().scene, EXACT, provenance=ORIGIN)
+    write_comparison(
+        tmp_path, document, histories, scene().scene, dict.fromkeys(histories, EXACT[1]), provenance=ORIGIN
+    )
     for path in written.rglob("*.*"):
         assert path.read_bytes() == (tmp_path / path.relative_to(written)).read_bytes(), path.name
 

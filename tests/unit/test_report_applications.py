@@ -22,7 +22,7 @@ def traced(name: str, **changes: object) -> tuple[il.Case, Trace]:
 
 
 def names_of(trace: Trace) -> list[str]:
-    return [plate.name for plate in applications.plates_of(trace, trace.history.scene)]
+    return [figure.name for figure in applications.of_laws_with_memory(trace, trace.history.scene)]
 
 
 def test_the_loop_on_rock_encloses_the_work_on_it() -> None:
@@ -65,7 +65,7 @@ def test_a_page_of_a_pile_has_its_head_and_its_loops() -> None:
     assert found["toe"].force.max() == pytest.approx(link.largest, rel=2e-3)
     # The loop of the toe closes with an empty spring: all of its area is lost.
     assert np.trapezoid(found["toe"].force, found["toe"].closing) == pytest.approx(link.loss, rel=5e-3)
-    head = applications.plates_of(trace, trace.history.scene)[0].draw()
+    head = applications.of_laws_with_memory(trace, trace.history.scene)[0].draw()
     force = head.axes[0].lines[0].get_ydata()
     assert float(np.max(np.asarray(force))) == pytest.approx(4.0, rel=0.02)  # MN
 
@@ -74,7 +74,7 @@ def test_a_page_of_a_pile_under_a_measured_force_has_its_head() -> None:
     """Without hammer the force is the given one; the head is known from a probe of its velocity."""
     _, trace = traced("measured_head", **{"solve.model": {"kind": "finite_element", "elements": 40, "mass": "lumped"}})
     assert names_of(trace) == ["pile_head", "loops"]
-    head = applications.plates_of(trace, trace.history.scene)[0].draw()
+    head = applications.of_laws_with_memory(trace, trace.history.scene)[0].draw()
     force, moved = (np.asarray(line.get_ydata()) for line in head.axes[0].lines[:2])
     assert float(np.max(force)) == pytest.approx(4.0098, rel=1e-3)  # MN, of the table
     assert float(np.max(moved)) == pytest.approx(1.6 * 2.51, rel=0.02)
@@ -84,10 +84,10 @@ def test_a_page_of_a_pile_under_a_measured_force_has_its_head() -> None:
 
 def test_a_page_of_a_specimen_has_the_curve_put_in_and_the_one_found() -> None:
     _, trace = traced("hopkinson_aluminium")
-    plate = applications.plates_of(trace, trace.history.scene)[0]
-    assert plate.name == "specimen_2"
-    assert "three waves" in plate.caption
-    put_in, ran, found = plate.draw().axes[0].lines
+    figure = applications.of_laws_with_memory(trace, trace.history.scene)[0]
+    assert figure.name == "specimen_2"
+    assert "three waves" in figure.caption
+    put_in, ran, found = figure.draw().axes[0].lines
     for line in (ran, found):
         strain, stress = (np.asarray(line.get_data()[k]) for k in (0, 1))
         loaded = (strain > 2.0) & (strain < 15.0) & (stress > 250.0)
@@ -97,9 +97,9 @@ def test_a_page_of_a_specimen_has_the_curve_put_in_and_the_one_found() -> None:
 
 def test_a_specimen_without_gauges_has_no_curve_by_waves() -> None:
     _, trace = traced("hopkinson_aluminium", probes=[])
-    plate = applications.plates_of(trace, trace.history.scene)[0]
-    assert "three waves" not in plate.caption
-    assert len(plate.draw().axes[0].lines) == 2
+    figure = applications.of_laws_with_memory(trace, trace.history.scene)[0]
+    assert "three waves" not in figure.caption
+    assert len(figure.draw().axes[0].lines) == 2
 
 
 def test_a_page_of_bars_alone_has_none_of_them() -> None:

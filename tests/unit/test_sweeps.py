@@ -356,7 +356,7 @@ def test_workers_give_the_bits_of_one_process_and_the_command_the_same_file(case
     assert json.loads(result.stdout) == {"schema_version": 1, "points": 7, "status": {"completed": 7}}
     kept = il.open_sweep(tmp_path / "s")
     assert alone.equals(kept)
-    assert f"--method continuous --over={MASS}=1:2:7" in kept.attrs["command"]
+    assert f"--over {MASS}=1:2:7 --quantities impulse --method continuous" in kept.attrs["command"]
 
 
 def test_a_sweep_of_a_pile_gives_forces_and_sets_by_the_names_of_its_soil():

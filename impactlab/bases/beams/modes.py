@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections import OrderedDict
 from functools import lru_cache
 from typing import NamedTuple, cast, final
 
@@ -17,6 +16,7 @@ from impactlab.bases.beams.waves import BeamNumbers, WavePair, even_odd, field, 
 from impactlab.errors import CaseError
 from impactlab.models.mesh.beams import no_such
 from impactlab.scene.bodies import Beam, BeamSegment, Profile
+from impactlab.scene.recent import Recent
 from impactlab.types import QUANTITIES_OF_BEAM, Array, Quantity
 
 STEP = 1e-6  # of the length, over which the slope of an initial deflection is taken
@@ -195,7 +195,7 @@ class Elastic(NamedTuple):
     shares: Array  # (4, modes) of even and odd fields, such that the integral of w2 + r2 theta2 is 1
 
 
-_kept: OrderedDict[tuple[BeamNumbers, tuple[Held, Held]], Elastic] = OrderedDict()
+_kept: Recent[tuple[BeamNumbers, tuple[Held, Held]], Elastic] = Recent(MAX_KEPT)
 
 
 def elastic_modes(numbers: BeamNumbers, kinds: tuple[Held, Held], modes: int) -> Elastic:
@@ -204,13 +204,15 @@ def elastic_modes(numbers: BeamNumbers, kinds: tuple[Held, Held], modes: int) ->
     Each mode is found by itself, so that no bit depends on how many were sought with it.
     """
     key = numbers, kinds
-    kept = _kept.get(key)
-    if kept is None or kept.squared.size < modes:
-        squared, shares = found(numbers, kinds, modes)
-        carried = waves(numbers, squared)
-        kept = _kept[key] = Elastic(squared, carried, normalised(numbers, carried, shares, FieldOrigin.of(kinds)))
-    _kept.move_to_end(key)
-    while len(_kept) > MAX_KEPT:
-        _kept.popitem(last=False)
+    known = _kept.get(key)
+    if known is not None and known.squared.size < modes:
+        _kept.pop(key, None)
+    kept = _kept.get_or_make(key, lambda: _elastic(numbers, kinds, modes))
     squares, turning = ((first[:modes], second[:modes]) for first, second in kept.carried)
     return Elastic(kept.squared[:modes], WavePair(squares, turning), kept.shares[:, :modes])
+
+
+def _elastic(numbers: BeamNumbers, kinds: tuple[Held, Held], modes: int) -> Elastic:
+    squared, shares = found(numbers, kinds, modes)
+    carried = waves(numbers, squared)
+    return Elastic(squared, carried, normalised(numbers, carried, shares, FieldOrigin.of(kinds)))

@@ -10,7 +10,7 @@ import re
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import impactlab
 from impactlab.bench.report import energy, overview
@@ -26,46 +26,21 @@ from impactlab.bench.report.summary_sheets import certainty, excluded, ranking_s
 from impactlab.bench.report.views import BOTH, CLOCKS, GOALS, NORMS, TOLERANCES, SceneRows, error, methods_of
 from impactlab.bench.schema import STATUSES, Row
 from impactlab.printing import counted
-from impactlab.report.figures.figure_files import inline, save, with_classes
+from impactlab.report.figures.figure_files import PageFigure, on_page, save
 from impactlab.report.page import rendered
 from impactlab.report.provenance import now
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 FOLDERS = ("figures", "tables")  # of a report
 MIN_SCENES = 5  # below it a map and profiles over scenes show less than the tables
 CLOCK_TABS = {"solve": "", "total": ", with set-up"}
 
 
-class TabbedFigure(NamedTuple):
-    """A figure of a page."""
-
-    name: str
-    tab: str  # on its chooser
-    title: str
-    caption: str
-    svg: str
-
-
-def plate(
-    out: Path, name: str, title: str, caption: str, figure: Figure, tab: str = "", formats: Sequence[str] = ("svg",)
-) -> TabbedFigure:
-    """Save a figure and return it for the page."""
-    svg = inline(save(figure, out / "figures", name, formats), f"{title}. {caption}")
+def drawing(figure: PageFigure, folder: Path, formats: Sequence[str]) -> str:
+    """Write the files of a figure into a folder, and return its SVG with the shades of the page and ids of its own."""
+    svg = figure.write(folder, formats)
     for number, (_, colour, _) in enumerate(overview.SHADES):  # a dark page turns the ramp round
         svg = svg.replace(colour, f"var(--shade{number})")
-    return TabbedFigure(name, tab, title, caption, lean(svg, name))
-
-
-def lean(svg: str, name: str) -> str:
-    """Return shorter SVG with ids of its own.
-
-    Coordinates have a hundredth of a point; ids differ from those of other figures of a page.
-    """
-    body = re.sub(r"(\d+\.\d\d)\d+", r"\1", svg)
-    body = re.sub(r'( id="|url\(#|href="#)([\w.-]+)', lambda m: f"{m[1]}{name}-{m[2]}", body)
-    return re.sub(r"\n\s*", "\n", body)
+    return re.sub(r'( id="|url\(#|href="#)([\w.-]+)', lambda found: f"{found[1]}{figure.name}-{found[2]}", svg)
 
 
 def write_sheet(out: Path, sheet: Sheet) -> Sheet:
@@ -152,16 +127,18 @@ def write_index(
         The command that repeats it, if known.
     """
     timed = any(row.solve_s is not None for row in rows)
-    maps, profiles, kinds = [], [], formats or ("svg",)
-    many = len(scenes) >= MIN_SCENES
-    for t in TOLERANCES if many else ():
-        figure = overview.chart(scenes, BOTH, t)
-        maps.append(plate(out, f"map_{t:g}", f"Map at {power(t)}", MAP, figure, f"tolerance {power(t)}", kinds))
-    for clock, tail in CLOCK_TABS.items() if many else ():
-        figure, title = overview.profiles(scenes, BOTH, styles, clock), f"Performance profiles{tail}"
-        profiles.append(plate(out, f"profiles_{clock}", title, PROFILE, figure, f"time to solve{tail}", kinds))
-    found, rules = with_classes([each.svg for each in (*maps, *profiles)])
-    classed = [each._replace(svg=svg) for each, svg in zip((*maps, *profiles), found, strict=True)]
+    kinds = formats or ("svg",)
+    maps, profiles = {}, {}  # by tab
+    if len(scenes) >= MIN_SCENES:
+        for t in TOLERANCES:
+            draw = partial(overview.chart, scenes, BOTH, t)
+            maps[f"tolerance {power(t)}"] = PageFigure(f"map_{t:g}", f"Map at {power(t)}", MAP, draw)
+        for clock, tail in CLOCK_TABS.items():
+            draw = partial(overview.profiles, scenes, BOTH, styles, clock)
+            title = f"Performance profiles{tail}"
+            profiles[f"time to solve{tail}"] = PageFigure(f"profiles_{clock}", title, PROFILE, draw)
+    figures = [*maps.values(), *profiles.values()]
+    entries, rules = on_page(figures, [drawing(each, out / "figures", kinds) for each in figures])
     page = {
         "counts": f"{counted(len(methods_of(scenes)), 'method')} on {counted(len(scenes), 'scene')}, {len(rows)} runs",
         "source": _source(rows),
@@ -178,8 +155,8 @@ def write_index(
         "winners": write_sheet(out, winners(scenes)),
         "certainty": write_sheet(out, certainty(scenes)),
         "rules": rules,
-        "maps": classed[: len(maps)],
-        "profiles": classed[len(maps) :],
+        "maps": dict(zip(maps, entries, strict=False)),
+        "profiles": dict(zip(profiles, entries[len(maps) :], strict=True)),
         "rankings": [
             (f"{norm.title}{CLOCK_TABS[clock]}", write_sheet(out, ranking_sheet(scenes, norm, clock)))
             for clock in (CLOCKS if timed else ["solve"])

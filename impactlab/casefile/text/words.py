@@ -1,14 +1,10 @@
-"""Words for messages: shortened values, closest names, lists of allowed values."""
+"""Words for messages: shortened values, lists of allowed values."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
 from typing import Any
-
-from impactlab.errors import closest
-
-__all__ = ["closest", "listed", "listed_bodies", "rows_of", "shown"]
 
 MAX_SHOWN = 80  # characters of a value that a message may show
 MAX_LISTED, FIRST_LISTED = 120, 20  # names in a message; of more, those that it shows

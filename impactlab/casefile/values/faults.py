@@ -12,9 +12,9 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from impactlab.casefile.text.words import closest, listed, shown
+from impactlab.casefile.text.words import listed, shown
 from impactlab.casefile.values.synonyms import key_of_synonym, renamed
-from impactlab.errors import CaseError, ImpactlabError, combined
+from impactlab.errors import CaseError, ImpactlabError, closest, combined
 
 _BLOCK = "a block of keys"
 _NEEDED = {

@@ -16,11 +16,12 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 
-from impactlab.casefile.text.words import closest, shown
+from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.faults import refuse
 from impactlab.casefile.values.formula import Formula, parse
 from impactlab.casefile.values.loads import FORMS, MIN_SAMPLES, is_over_time, read_load
 from impactlab.casefile.values.units import to_si
+from impactlab.errors import closest
 from impactlab.scene.bodies import AbstractLoad, End, Table
 from impactlab.scene.ranges import COUNTS, Range, range_of
 from impactlab.types import Relative

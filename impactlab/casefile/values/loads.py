@@ -20,11 +20,11 @@ import numpy as np
 
 from impactlab.casefile.text.samples import Samples
 from impactlab.casefile.text.separated import SeparatedRows
-from impactlab.casefile.text.words import closest, listed, shown
+from impactlab.casefile.text.words import listed, shown
 from impactlab.casefile.values.faults import refuse
 from impactlab.casefile.values.formula import TimeFormula
 from impactlab.casefile.values.units import to_si
-from impactlab.errors import CaseError
+from impactlab.errors import CaseError, closest
 from impactlab.printing import counted
 from impactlab.scene.bodies import AbstractLoad, Body, FunctionLoad, SampledLoad
 from impactlab.scene.ranges import range_of

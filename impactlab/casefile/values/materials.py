@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import core_schema
 
-from impactlab.casefile.text.words import closest, shown
+from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.faults import refuse
+from impactlab.errors import closest
 
 
 class Constants(NamedTuple):

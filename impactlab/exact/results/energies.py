@@ -10,7 +10,7 @@ from impactlab.exact.results.branch_energies import BranchContact
 from impactlab.exact.results.signals import Signals, clenshaw, gauss
 from impactlab.exact.setup.end_loads import work_of_loads
 from impactlab.exact.setup.network import Link, Log, NetworkLayout
-from impactlab.history.base import EnergyBook
+from impactlab.history.energy import EnergyBook
 from impactlab.scene.problem import Scene
 from impactlab.types import Array, Ints
 

@@ -23,12 +23,12 @@ from impactlab.history.base import (
     BranchChange,
     ContactSpan,
     Cost,
-    EnergyBook,
     Event,
     Field,
     LinkResult,
     Warned,
 )
+from impactlab.history.energy import EnergyBook
 from impactlab.history.frame import carried_energy, touched_in
 from impactlab.history.no_contact import never_closed
 from impactlab.history.noise_floor import above_noise

@@ -17,11 +17,12 @@ import numpy as np
 from impactlab.errors import ImpactlabError
 from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import frame_times
+from impactlab.prefixes import Unit, scaled
 from impactlab.report.figures import mechanism
 from impactlab.report.figures.diagram import MEANING, name_bodies
 from impactlab.report.figures.signals import UNITS
 from impactlab.report.figures.stage import BodyPlace, frames, layout, shown_load
-from impactlab.report.figures.style import GRID, INK, LETTER, MUTED, PALETTE, PAPER, Unit, clock, drawn, scaled
+from impactlab.report.figures.style import GRID, INK, LETTER, MUTED, PALETTE, PAPER, clock, drawn
 from impactlab.scene.bodies import Body, ElasticBody, Wall
 from impactlab.scene.problem import Scene
 from impactlab.types import Array

@@ -17,6 +17,8 @@ from impactlab.contact.specimen import Specimen
 from impactlab.errors import ImpactlabError, RunWarning
 from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
+from impactlab.prefixes import scaled
+from impactlab.report.figures.figure_files import PageFigure
 from impactlab.report.figures.style import (
     INK,
     MUTED,
@@ -31,11 +33,9 @@ from impactlab.report.figures.style import (
     name_lines,
     panel_grid,
     room_beside,
-    scaled,
     time_axis,
     upper_margin,
 )
-from impactlab.report.page import PageFigure
 from impactlab.scene.problem import Scene
 from impactlab.startup.lazy import lazy
 from impactlab.types import Array
@@ -63,12 +63,12 @@ class Loop(NamedTuple):
     force: Array  # (n,) N
 
 
-def plates_of(trace: Trace, scene: Scene) -> list[PageFigure]:
+def of_laws_with_memory(trace: Trace, scene: Scene) -> list[PageFigure]:
     """Return the figures of a run whose laws have memory.
 
     They are loops, the head of a pile, and curves of specimens.
     """
-    history, plates = trace.history, []
+    history, figures = trace.history, []
     laws = history.method.laws
     if any(isinstance(law, Smith) for law in laws.values()):
         with suppress(ImpactlabError):  # links that hold no pile, or several; a head that was not recorded
@@ -77,7 +77,7 @@ def plates_of(trace: Trace, scene: Scene) -> list[PageFigure]:
                 "Force and impedance times velocity are equal until the first wave returns from the "
                 "soil; their difference before 2 L/c is the resistance along the shaft."
             )
-            plates.append(PageFigure("pile_head", "Head of the pile", words, partial(pile_head, found, scene)))
+            figures.append(PageFigure("pile_head", "Head of the pile", words, partial(pile_head, found, scene)))
     for number, contact in enumerate(scene.contacts, start=1):
         law = laws.get(contact.name)
         if isinstance(law, Specimen):
@@ -92,11 +92,11 @@ def plates_of(trace: Trace, scene: Scene) -> list[PageFigure]:
                     "bar reaches one of them."
                 )
             draw = partial(stress_strain, history, contact.name, law, gauges)
-            plates.append(PageFigure(f"specimen_{number}", f"Specimen, {contact.name}", words, draw))
+            figures.append(PageFigure(f"specimen_{number}", f"Specimen, {contact.name}", words, draw))
     if found_loops := loops(history, scene):
         words = "The area inside a loop is the energy that the contact took. Compression is positive."
-        plates.append(PageFigure("loops", "Force over closing", words, partial(force_loops, found_loops)))
-    return plates
+        figures.append(PageFigure("loops", "Force over closing", words, partial(force_loops, found_loops)))
+    return figures
 
 
 def loops(history: AbstractHistory, scene: Scene) -> list[Loop]:

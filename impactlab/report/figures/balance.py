@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from impactlab.prefixes import scaled
 from impactlab.report.figures.drawn_part import drawn_energies
 from impactlab.report.figures.signals import ROUNDING
 from impactlab.report.figures.style import (
@@ -23,7 +24,6 @@ from impactlab.report.figures.style import (
     log_axis,
     lower_margin,
     room_beside,
-    scaled,
     time_axis,
     upper_margin,
 )

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.history.base import EnergyBook
+from impactlab.history.energy import EnergyBook
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, Field
+from impactlab.prefixes import scaled
 from impactlab.report.figures.signals import UNITS
-from impactlab.report.figures.style import INK, MUTED, Margins, Trace, clock, drawn, exact_of, grid, is_narrow, scaled
+from impactlab.report.figures.style import INK, MUTED, Margins, Trace, clock, drawn, exact_of, grid, is_narrow
 from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.problem import Scene
 from impactlab.types import Array

@@ -6,9 +6,9 @@ import io
 import itertools
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from impactlab.errors import CaseError
 from impactlab.report.figures.style import COLUMNS, GRID, INK, MUTED, PALETTE, PAPER, drawn
@@ -52,27 +52,32 @@ def figure_files(formats: str | None, width: str | None, folder: Path | None = P
     return FigureFiles(names, width or "", every=True) if formats or width else FigureFiles()
 
 
-class Plate(NamedTuple):
-    """A figure of a page, with its title and how to read it."""
+class PageFigure(NamedTuple):
+    """A figure as it stands on a page."""
 
     name: str  # of its files
     title: str
-    caption: str
-    figure: Figure
+    caption: str  # how to read it
+    draw: Callable[[], Figure]
+    has_live_twin: bool = False  # True: hidden on the screen where the script draws the same
+    is_printed: bool = True  # False: drawn where all figures are requested; the page shows it live alone
+
+    def write(self, folder: Path, formats: Sequence[str] = ("svg", "png")) -> str:
+        """Write the files of the figure into a folder, and return it as SVG for the page."""
+        return inline(save(self.draw(), folder, self.name, formats), f"{self.title}. {self.caption}".strip())
 
 
-def saved_plates(folder: Path, plates: Iterable[Plate]) -> tuple[list[dict[str, str]], str]:
-    """Write the figures of a page; return their entries and style rules.
+def on_page(figures: Sequence[PageFigure], drawings: Sequence[str]) -> tuple[list[dict[str, Any]], str]:
+    """Return figures, with their SVG, as a template takes them, and the style rules of all."""
+    classed, rules = with_classes(drawings)
+    return [{**each._asdict(), "svg": svg} for each, svg in zip(figures, classed, strict=True)], rules
 
-    They are written into its folder ``figures``; the entries are for its template.
-    """
+
+def write_figures(folder: Path, figures: Iterable[PageFigure]) -> tuple[list[dict[str, Any]], str]:
+    """Write figures into ``figures`` of the folder of a page; return them as `on_page` does."""
     (folder / "figures").mkdir(exist_ok=True)
-    made, drawings = [], []
-    for name, title, caption, figure in plates:
-        made.append({"name": name, "title": title, "caption": caption})
-        drawings.append(inline(save(figure, folder / "figures", name), f"{title}. {caption}".strip()))
-    figures, rules = with_classes(drawings)
-    return [{**plate, "svg": svg} for plate, svg in zip(made, figures, strict=True)], rules
+    figures = list(figures)
+    return on_page(figures, [each.write(folder / "figures") for each in figures])
 
 
 @drawn

@@ -14,6 +14,7 @@ import numpy as np
 from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
 from impactlab.metrics.norms import face_channels, mass_channels
+from impactlab.prefixes import Unit, scaled
 from impactlab.report.figures.named_contacts import force_of, gap_of, members_of, view_of
 from impactlab.report.figures.signals import Line, Panel, in_words, place_in_words, with_short_peaks
 from impactlab.report.figures.style import (
@@ -26,7 +27,6 @@ from impactlab.report.figures.style import (
     UNNAMED,
     Margins,
     Trace,
-    Unit,
     across,
     clock,
     drawn,
@@ -38,7 +38,6 @@ from impactlab.report.figures.style import (
     log_axis,
     lower_margin,
     room_beside,
-    scaled,
     thinned,
     time_axis,
     upper_margin,

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec, TypeVar, cast
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
-from impactlab.prefixes import Unit as Unit
-from impactlab.prefixes import scaled as scaled
+from impactlab.prefixes import Unit, scaled
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 

@@ -7,7 +7,8 @@ from typing import final
 
 import numpy as np
 
-from impactlab.history.base import ContactSpan, EnergyBook, Event
+from impactlab.history.base import ContactSpan, Event
+from impactlab.history.energy import EnergyBook
 from impactlab.history.frame import carried_energy, touched_in
 from impactlab.history.noise_floor import above_noise
 from impactlab.simulate.adaptive.record import Record

@@ -11,14 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.history.arguments import one_time, places_on, within_run
-from impactlab.history.base import (
-    ContactSpan,
-    EnergyBook,
-    EnergyEnds,
-    Event,
-    Field,
-    LinkResult,
-)
+from impactlab.history.base import ContactSpan, Event, Field, LinkResult
+from impactlab.history.energy import EnergyBook, EnergyEnds
 from impactlab.history.frame import carried_by, drifts_alone, groups, touched_in
 from impactlab.history.noise_floor import Found, above_noise
 from impactlab.history.waves import wave_body

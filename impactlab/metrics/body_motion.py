@@ -1,0 +1,135 @@
+"""Mean velocity and energy of a body in a run, from the impulses that it was given and from the record."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+
+from impactlab.history.base import AbstractHistory
+from impactlab.scene.problem import Scene
+
+MAX_BESIDE = 0.02  # of a time span, by which instants of a recorded energy may lie beside it where others act meanwhile
+MAX_CHANGE = 0.2  # of the fastest body, of a velocity over two intervals of the record: between them it is not known
+MIN_CHANGE = 1e-11  # of the energy of a body: a smaller change is rounding
+
+
+class BodyMotion:
+    """The motion of a body as a whole, and the impulses of its contacts in order of their starts.
+
+    Parameters
+    ----------
+    channels : frozenset of str
+        Channels of the history; found once for all bodies, as a chain has thousands.
+    """
+
+    def __init__(self, scene: Scene, history: AbstractHistory, name: str, channels: frozenset[str]) -> None:
+        self.scene, self.history, self.name, self.body = scene, history, name, scene.bodies[name]
+        own = [each for _, each in scene.met_by(name)]
+        signs = {each.name: float(each.right.body == name) - float(each.left.body == name) for each in own}
+        signs = {contact: sign for contact, sign in signs.items() if sign != 0.0}
+        # Contacts that may pull have no periods; the sign is that of their force.
+        self.links = {link: sign for link, sign in signs.items() if history.method.laws[link].two_sided}
+        spans = sorted(history.spans_of(list(signs)), key=lambda span: span.start)
+        self.starts = np.array([span.start for span in spans])  # s
+        # s, latest end so far; inf while one is closed at the end of the run
+        self.ends = np.maximum.accumulate([span.until(math.inf) for span in spans] or [0.0])
+        # N s, sum so far, positive to the right; of no contact first
+        self.impulses = np.array([0.0, *itertools.accumulate(signs[span.contact] * span.impulse for span in spans)])
+        self.recorded = frozenset(each for each in ("momentum", "energy", "velocity") if f"{each}:{name}" in channels)
+
+    def speed(self, time: float) -> float | None:
+        """Return the speed in a collision [m/s].
+
+        It is 0 for a held body, which rests except for its vibration. It is None for a mechanism, whose links move in
+        different directions.
+        """
+        if self.body.changes:
+            return None
+        return 0.0 if self.body.is_held else self.mean_velocity(time)
+
+    def mean_velocity(self, time: float) -> float | None:
+        """Return the momentum over the mass [m/s], None where unknown.
+
+        Of a free body it is the sum of the impulses of contacts, links and loads until then, where those of contacts
+        are exact; inside a contact it is that of the record, which is kept at fewer instants, and unknown where it
+        changes much between two of them.
+        """
+        body, history = self.body, self.history
+        if not body.moves:
+            return 0.0
+        mass = body.moving_mass
+        begun = int(np.searchsorted(self.starts, time, side="right"))
+        by_record = not body.is_free or (begun > 0 and self.ends[begun - 1] > time)
+        if not by_record and not (self.links and time >= history.duration and "momentum" in self.recorded):
+            impulse = ((mass * self.scene.gravity if body.falls else 0.0) + body.end_force) * time
+            impulse += sum(float(load.sampled(self.scene.duration).impulse(np.array(time))) for _, load in body.loads)
+            impulse += sum(sign * history.impulse_until(link, time) for link, sign in self.links.items())
+            return body.velocity + (float(self.impulses[begun]) + impulse) / mass
+        # The velocity of a rigid mass is recorded at more instants than its momentum, of which the last one is known.
+        if "velocity" in self.recorded and body.elastic is None and time < history.duration:
+            return self._recorded_velocity(time)
+        if "momentum" not in self.recorded:
+            return None
+        momentum = f"momentum:{self.name}"
+        around = history.recorded_around(momentum, time, time) if time < history.duration else (time, time)
+        now, before, after = (history.evaluate([time, *around], momentum) / mass).tolist()
+        return None if self._changes(before, after) else float(now)
+
+    def _recorded_velocity(self, time: float) -> float | None:
+        """Return the velocity of the record [m/s], or None where it changes much between the instants around."""
+        rate, last = self.history.record_rate, self.history.duration
+        apart = 1.0 / rate if rate > 0.0 else 0.0
+        around = [min(max(0.0, t), last) for t in (time - apart, time, time + apart)]
+        before, now, after = values = self.history.evaluate(around, f"velocity:{self.name}").tolist()
+        largest = max(self.scene.fastest, abs(before), abs(after))
+        return None if max(values) - min(values) > MAX_CHANGE * largest else float(now)
+
+    def _changes(self, before: float, after: float) -> bool:
+        """Return whether a velocity [m/s] changes too much between records to be known."""
+        return abs(after - before) > MAX_CHANGE * max(self.scene.fastest, abs(before), abs(after))
+
+    def energy_change(self, start: float, end: float) -> float | None:
+        """Return the growth of the energy between two times [J].
+
+        The energy of an elastic body is recorded at few instants: it is that of the last one before and the first one
+        after. None where something may change it between these and the two times.
+        """
+        if not self.body.moves:
+            return 0.0
+        if math.isfinite(self.body.rigid_mass):
+            after, before = self.mean_velocity(end), self.mean_velocity(start)
+            if after is None or before is None:
+                return None
+            half = 0.5 * self.body.moving_mass
+            return _without_rounding(half * after**2, half * before**2)
+        if "energy" not in self.recorded:
+            return None
+        start, energy = max(0.0, start), f"energy:{self.name}"
+        before, after = self.history.recorded_around(energy, start, end)
+        if max(start - before, after - end) > MAX_BESIDE * (end - start) and not (
+            self._keeps_energy() and self._is_quiet(before, start) and self._is_quiet(end, after)
+        ):
+            return None
+        first, last = self.history.evaluate([before, after], energy).tolist()
+        return _without_rounding(last, first)
+
+    def _keeps_energy(self) -> bool:
+        """Return whether only contacts change the energy."""
+        body, elastic = self.body, self.body.elastic
+        if elastic is None or elastic.is_damped or body.rotation is not None or self.links:
+            return False
+        pulled = self.scene.gravity != 0.0 and body.falls
+        return not pulled and not any(end.kind == "dashpot" or end.is_loaded for _, end in body.ends)
+
+    def _is_quiet(self, start: float, end: float) -> bool:
+        """Return whether no contact is closed between two times [s]."""
+        begun = int(np.searchsorted(self.starts, end))  # one that closes at the end is not
+        return begun == 0 or bool(self.ends[begun - 1] <= start)
+
+
+def _without_rounding(after: float, before: float) -> float:
+    """Return the growth of an energy [J]; 0 where it is rounding."""
+    growth = after - before
+    return growth if abs(growth) > MIN_CHANGE * max(abs(after), abs(before)) else 0.0
