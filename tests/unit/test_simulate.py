@@ -221,6 +221,30 @@ def test_a_run_keeps_as_many_instants_as_asked_for_and_all_events_to_the_bit() -
         np.testing.assert_array_equal(some.evaluate(kept, channel), every.evaluate(kept, channel))
 
 
+@pytest.mark.parametrize("events", ["dated", "located"])
+def test_values_at_the_end_do_not_depend_on_the_number_of_records(events: str) -> None:
+    """The run ends within its last step, whose both ends are kept: a line over many steps missed the speed of the face."""
+    blocks = {
+        "bodies": {
+            "hammer": il.Mass(0.5, velocity=1.0),
+            "rod": il.Rod(length=0.3, area=9e-4, material="steel", ends={"right": "clamped"}),
+        },
+        "contacts": [il.Contact("hammer", "rod.left", {"kind": "penalty", "stiffness": 1e9})],
+        "probes": [il.Probe("rod", 0.0, "velocity"), il.Probe("rod", 0.15, "stress")],
+        "solve": {
+            "duration": "0.5003 ms",
+            "model": {"kind": "finite_element", "elements": 50},
+            "integrator": {"kind": "midpoint"},
+            "step": {"points_per_period": 10},
+            "events": events,
+        },
+    }
+    case = il.Case(**blocks)
+    every, few = il.run(case), il.run(case.with_("solve.records", 100))
+    for channel in ("velocity:hammer", "position:hammer", "velocity:rod@0", "stress:rod@0.15", "gap:hammer|rod.left"):
+        assert few.at_end(channel) == every.at_end(channel)
+
+
 def test_a_snapshot_is_a_field_and_any_other_time_says_which_there_are() -> None:
     scene = paper(Modal(100, 100), WaveIdentification(), Newmark(), snapshots=(2e-5,))
     history = run(*scene)
