@@ -29,7 +29,7 @@ MAX_SAMPLES = 64  # of a gap in each opening
 MAX_ALL_SAMPLES = 100_000  # of the gaps of a collision
 MIN_GAP = 1e-12  # m, below which a gap between sub-impacts is rounding
 MAX_BESIDE = 0.02  # of a collision, by which instants of a recorded energy may lie beside it where others act meanwhile
-MAX_CHANGE = 0.2  # of the fastest body, of a velocity over two intervals of the record: between them it is not known
+MAX_CHANGE = 0.2  # of the largest relative velocity, over two intervals of the record: between them it is not known
 MIN_CHANGE = 1e-11  # of the energy of a body: a smaller change is rounding
 
 
@@ -154,7 +154,8 @@ def _collision(
     if why is None and (approach is None or leaves is None):
         why = f"the speed of '{striker if speeds[0] is None else other}' is not known at that time"
     # A third body that still drives the other one into the striker makes the approach: its speed is of an instant.
-    driven = why is None and abs(speeds[1] or 0.0) > abs(speeds[0] or 0.0)
+    at_first = scene.bodies[other].velocity  # speeds relative to it are those of any frame
+    driven = why is None and abs((speeds[1] or 0.0) - at_first) > abs((speeds[0] or 0.0) - at_first)
     if driven and (third := others.touched(other, pair, before, start)):
         why = f"'{third}' drives '{other}' into '{striker}'"
     if why is None and approach is not None and leaves is not None:
@@ -230,18 +231,23 @@ def mean_velocity(
         return body.velocity + (float(given.impulses[begun]) + impulse) / mass
     # The velocity of a rigid mass is recorded at more instants than its momentum, of which the last one is known.
     if "velocity" in given.recorded and body.elastic is None and time < history.duration:
-        return _known(scene, history, f"velocity:{name}", time)
+        return _known(scene, history, name, time)
     if "momentum" not in given.recorded:
         return None
     momentum = f"momentum:{name}"
     around = history.recorded_around(momentum, time, time) if time < history.duration else (time, time)
     now, *others = (history.evaluate([time, *around], momentum) / mass).tolist()
-    return None if _changes(scene, *others) else float(now)
+    return None if _changes(scene, body.velocity, others) else float(now)
 
 
-def _changes(scene: Scene, before: float, after: float) -> bool:
-    """Return whether a velocity [m/s] changes too much between records to be known."""
-    return abs(after - before) > MAX_CHANGE * max(scene.fastest, abs(before), abs(after))
+def _changes(scene: Scene, at_first: float, around: Sequence[float]) -> bool:
+    """Return whether a velocity changes too much between records to be known.
+
+    It is measured against relative velocities: all bodies may move together. It was ``at_first`` [m/s] at t = 0 and is
+    ``around`` [m/s] at instants of the record.
+    """
+    largest = max(scene.fastest_relative, *(abs(each - at_first) for each in around))
+    return max(around) - min(around) > MAX_CHANGE * largest
 
 
 def _speed(scene: Scene, history: AbstractHistory, name: str, time: float, given: OtherImpulses) -> float | None:
@@ -255,17 +261,16 @@ def _speed(scene: Scene, history: AbstractHistory, name: str, time: float, given
     return 0.0 if scene.bodies[name].is_held else mean_velocity(scene, history, name, time, given)
 
 
-def _known(scene: Scene, history: AbstractHistory, channel: str, time: float) -> float | None:
-    """Return a velocity of the record [m/s], or None where it changes much.
+def _known(scene: Scene, history: AbstractHistory, name: str, time: float) -> float | None:
+    """Return the velocity of a mass in the record [m/s], or None where it changes much.
 
     The change is that between the instants around the time.
     """
     rate, last = history.record_rate, history.duration
     apart = 1.0 / rate if rate > 0.0 else 0.0
     around = [min(max(0.0, t), last) for t in (time - apart, time, time + apart)]
-    before, now, after = values = history.evaluate(around, channel).tolist()
-    changed = max(values) - min(values)
-    return None if changed > MAX_CHANGE * max(scene.fastest, abs(before), abs(after)) else float(now)
+    values = history.evaluate(around, f"velocity:{name}").tolist()
+    return None if _changes(scene, scene.bodies[name].velocity, values) else float(values[1])
 
 
 def _energy_change(
