@@ -223,7 +223,7 @@ def test_a_run_keeps_as_many_instants_as_asked_for_and_all_events_to_the_bit() -
 
 @pytest.mark.parametrize("events", ["dated", "located"])
 def test_values_at_the_end_do_not_depend_on_the_number_of_records(events: str) -> None:
-    """The run ends within its last step, whose both ends are kept: a line over many steps missed the speed of the face."""
+    """The run ends within its last step, whose ends are kept: a line over many steps missed the speed of the face."""
     blocks = {
         "bodies": {
             "hammer": il.Mass(0.5, velocity=1.0),
