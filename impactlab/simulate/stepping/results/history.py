@@ -152,9 +152,7 @@ class RecordedHistory(AbstractRecordedHistory):
         early, end, start = ends.early, ends.end, ends.start
         if end is not None:
             final, work = end[1] + end[SAMPLED::3].sum(), end[SAMPLED + 1 :: 3].sum() - start[SAMPLED + 1 :: 3].sum()
-            before = self.assembly.memory.sample[self.assembly.clock.n_samples - 2]  # losses never fall from there on
-            lost = np.maximum(end[2:SAMPLED], before[2:SAMPLED]).tolist()
-            booked = dict(zip(BOOKED, lost, strict=True))
+            booked = {name: float(lost) for name, lost in zip(BOOKED, end[2:SAMPLED], strict=True)}
             found = found._replace(final=float(final), work=float(work), booked=booked)
         if early is None:
             return found
