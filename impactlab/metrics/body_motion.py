@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.scene.problem import Scene
 
 MAX_BESIDE = 0.02  # of a time span, by which instants of a recorded energy may lie beside it where others act meanwhile
-MAX_CHANGE = 0.2  # of the fastest body, of a velocity over two intervals of the record: between them it is not known
+MAX_CHANGE = 0.2  # of the largest relative velocity, over two intervals of the record: between them it is not known
 MIN_CHANGE = 1e-11  # of the energy of a body: a smaller change is rounding
 
 
@@ -74,21 +75,24 @@ class BodyMotion:
             return None
         momentum = f"momentum:{self.name}"
         around = history.recorded_around(momentum, time, time) if time < history.duration else (time, time)
-        now, before, after = (history.evaluate([time, *around], momentum) / mass).tolist()
-        return None if self._changes(before, after) else float(now)
+        now, *others = (history.evaluate([time, *around], momentum) / mass).tolist()
+        return None if self._changes(others) else float(now)
 
     def _recorded_velocity(self, time: float) -> float | None:
         """Return the velocity of the record [m/s], or None where it changes much between the instants around."""
         rate, last = self.history.record_rate, self.history.duration
         apart = 1.0 / rate if rate > 0.0 else 0.0
         around = [min(max(0.0, t), last) for t in (time - apart, time, time + apart)]
-        before, now, after = values = self.history.evaluate(around, f"velocity:{self.name}").tolist()
-        largest = max(self.scene.fastest, abs(before), abs(after))
-        return None if max(values) - min(values) > MAX_CHANGE * largest else float(now)
+        values = self.history.evaluate(around, f"velocity:{self.name}").tolist()
+        return None if self._changes(values) else float(values[1])
 
-    def _changes(self, before: float, after: float) -> bool:
-        """Return whether a velocity [m/s] changes too much between records to be known."""
-        return abs(after - before) > MAX_CHANGE * max(self.scene.fastest, abs(before), abs(after))
+    def _changes(self, around: Sequence[float]) -> bool:
+        """Return whether a velocity [m/s] changes too much between records to be known.
+
+        It is measured against relative velocities: all bodies may move together.
+        """
+        largest = max(self.scene.fastest_relative, *(abs(each - self.body.velocity) for each in around))
+        return max(around) - min(around) > MAX_CHANGE * largest
 
     def energy_change(self, start: float, end: float) -> float | None:
         """Return the growth of the energy between two times [J].

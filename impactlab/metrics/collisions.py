@@ -119,7 +119,8 @@ def _collision(
     if why is None and (approach is None or leaves is None):
         why = f"the speed of '{striker if speeds[0] is None else other}' is not known at that time"
     # A third body that still drives the other one into the striker makes the approach: its speed is of an instant.
-    driven = why is None and abs(speeds[1] or 0.0) > abs(speeds[0] or 0.0)
+    at_first = scene.bodies[other].velocity  # speeds relative to it are those of any frame
+    driven = why is None and abs((speeds[1] or 0.0) - at_first) > abs((speeds[0] or 0.0) - at_first)
     if driven and (third := others.touched(other, pair, before, start)):
         why = f"'{third}' drives '{other}' into '{striker}'"
     if why is None and approach is not None and leaves is not None:

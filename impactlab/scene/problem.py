@@ -190,6 +190,13 @@ class Scene:
         return max((abs(body.velocity) for body in self.bodies.values()), default=0.0)
 
     @cached_property
+    def fastest_relative(self) -> float:
+        """Largest difference of velocities at t = 0 [m/s], of all bodies and of those that are held."""
+        velocities = [body.velocity for body in self.bodies.values()]
+        at_rest = [0.0] if any(body.is_held for body in self.bodies.values()) else []
+        return max(velocities + at_rest, default=0.0) - min(velocities + at_rest, default=0.0)
+
+    @cached_property
     def derived(self) -> dict[Any, Any]:
         """Results that other modules derived from the scene already, by keys of their own."""
         return {}

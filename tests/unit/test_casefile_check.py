@@ -198,3 +198,13 @@ def test_wrong_probes_are_reported_together(tmp_path):
     with pytest.raises(CaseError, match="x = 7 m lies outside") as caught:
         load(tmp_path, "ball, bar.left", more=f"probes: [{probes}]\n")
     assert [each.path for each in caught.value.others] == ["probes.1.quantity", "probes.2.body"]
+
+
+def test_a_list_whose_entries_are_all_faulty_is_not_called_too_short() -> None:
+    """It read 'a list of 2 has the wrong length. Allowed: at least 1' beside the faults of its entries."""
+    piece = {"length": -1.0, "area": 1e-4, "material": "steel"}
+    rod = {"kind": "rod", "segments": [piece, piece]}
+    with pytest.raises(il.CaseError) as caught:
+        il.Case.from_dict({"schema_version": 1, "bodies": {"rod": rod}, "solve": {"duration": 1e-3}})
+    paths = [caught.value.path, *(other.path for other in caught.value.others)]
+    assert paths == ["bodies.rod.segments.0.length", "bodies.rod.segments.1.length"]

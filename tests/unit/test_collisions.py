@@ -102,14 +102,30 @@ def test_a_mass_has_a_restitution_from_a_rod_that_moves_freely() -> None:
     assert found[1].restitution is not None
 
 
-def beads(records: int) -> il.Case:
+def beads(records: int, drift: float = 0.0) -> il.Case:
     mass, law = 4.1102503884466466e-3, {"kind": "hertz", "stiffness": 7.692307692307692e9}
     solve = {"duration": "0.5 ms", "integrator": {"kind": "central_difference"}, "step": {"dt": "0.25 us"}}
     return il.Case(
-        bodies={"striker": il.Mass(mass, velocity=1.0), "bead": il.Mass(mass, repeat=10)},
+        bodies={
+            "striker": il.Mass(mass, velocity=1.0 + drift),
+            "bead": il.Mass(mass, velocity=drift, repeat=10),
+        },
         contacts=[il.Chain(["striker", "bead"], law)],
         solve={**solve, "records": records},
     )
+
+
+@pytest.mark.parametrize("drift", [20.0, -20.0])
+def test_a_speed_that_is_not_known_is_not_known_in_a_moving_frame_either(drift: float) -> None:
+    """It changes by a third of the striker's speed between two records, and by little of a speed of 20 m/s."""
+    at_rest, moving = (collisions(run.scene, run) for run in (il.run(beads(100)), il.run(beads(100, drift))))
+    assert at_rest[0].exit_speed is None
+    for given, seen in zip(at_rest, moving, strict=True):
+        assert (seen.bodies, seen.no_restitution) == (given.bodies, given.no_restitution)
+        assert (seen.approach_speed is None, seen.exit_speed is None) == (
+            given.approach_speed is None,
+            given.exit_speed is None,
+        )
 
 
 def test_the_speeds_in_a_chain_do_not_follow_its_records() -> None:

@@ -263,3 +263,43 @@ def test_generalised_alpha_ends_at_the_momentum_of_the_end_to_second_order():
     )
     error = history.contacts[0].impulse - 0.5 * stiffness * (steps * dt) ** 2
     assert abs(error) < 0.15 * stiffness * dt**2
+
+
+@pytest.mark.parametrize("end", [91e-6, 93e-6, 97e-6])  # s: 1, 3, 7 tenths of the last step
+@pytest.mark.parametrize("steps", [10, 1000])  # of the run: of a long one few samples of energies and momenta are kept
+def test_generalised_alpha_has_an_impulse_of_a_force_that_began_in_the_last_steps(end: float, steps: int) -> None:
+    """It read -7e-5 N s for 3.5e-5: the line of the impulses was extended back beyond the touch."""
+    stiffness, after = 1e9, end - 85e-6  # N/m^1.5; s since the touch
+    dt, before = 10e-6, (steps - 10) * 10e-6  # the same last steps after a longer flight
+    history = run_case(
+        bodies={"mass": il.Mass(1.0, velocity=1.0), "wall": il.Wall()},
+        contacts=[il.Contact("mass", "wall", {"kind": "hertz", "stiffness": stiffness}, gap=85e-6 + before)],
+        solve={
+            "duration": end + before,
+            "integrator": {"kind": "generalised_alpha", "rho_inf": 1.0},
+            "step": {"dt": dt},
+        },
+    )
+    (span,) = history.contacts
+    rate = 1.5 * stiffness * math.sqrt(after + dt)  # N/s, the largest in this step; the mass is hardly slowed down
+    assert span.impulse > 0.0
+    assert span.impulse == pytest.approx(0.4 * stiffness * after**2.5, abs=(1 / 8 + 1 / 12) * rate * dt**2)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.6])  # of the last step that lies within the run
+def test_losses_booked_at_the_end_are_those_of_the_last_step_where_kicks_go_on(share: float) -> None:
+    """Without the next kick the step beyond the end loses far more: 3.0 mJ were booked, less than a step before."""
+    steps, dt = 12, 1e-6
+    viscous = {"young": 2.1e11, "density": 7900.0, "viscosity": 1e5}
+    history = run_case(
+        bodies={"mass": il.Mass(5.0, velocity=1.0), "rod": il.Rod(length=0.3, area=1e-4, material=viscous)},
+        contacts=[il.Contact("mass", "rod.left", {"kind": "impulse_momentum", "restitution": 0.6})],
+        solve={
+            "duration": (steps - 1 + share) * dt,
+            "model": {"kind": "finite_element", "elements": 20},
+            "integrator": {"kind": "newmark"},
+            "step": {"dt": dt},
+        },
+    )
+    before, after = history.energy.booked["damping"][-2:]
+    assert 0.0 < before <= summary.energy(history)["booked"]["damping"] <= after

@@ -212,13 +212,37 @@ def test_a_run_keeps_as_many_instants_as_asked_for_and_all_events_to_the_bit() -
     scene = paper(LUMPED, AdditionDeletion(), CentralDifference(), StepRule(courant=0.1))
     every, some = run(*scene), run(*scene.but(records=100))
     assert every.cost.steps == some.cost.steps > 1000
-    assert len(some.jumps("force:hammer|rod.left")) <= 102  # and those at the start and at the end
+    assert len(some.jumps("force:hammer|rod.left")) <= 103  # and those at the start and of the last two steps
     assert (some.events, some.contacts) == (every.events, every.contacts)
     assert some.dt is not None
     stride = -(-some.cost.steps // 100)
     kept = stride * np.arange(some.cost.steps // stride) * some.dt
     for channel in ("gap:hammer|rod.left", "position:hammer"):
         np.testing.assert_array_equal(some.evaluate(kept, channel), every.evaluate(kept, channel))
+
+
+@pytest.mark.parametrize("events", ["dated", "located"])
+def test_values_at_the_end_do_not_depend_on_the_number_of_records(events: str) -> None:
+    """The run ends within its last step, whose ends are kept: a line over many steps missed the speed of the face."""
+    blocks = {
+        "bodies": {
+            "hammer": il.Mass(0.5, velocity=1.0),
+            "rod": il.Rod(length=0.3, area=9e-4, material="steel", ends={"right": "clamped"}),
+        },
+        "contacts": [il.Contact("hammer", "rod.left", {"kind": "penalty", "stiffness": 1e9})],
+        "probes": [il.Probe("rod", 0.0, "velocity"), il.Probe("rod", 0.15, "stress")],
+        "solve": {
+            "duration": "0.5003 ms",
+            "model": {"kind": "finite_element", "elements": 50},
+            "integrator": {"kind": "midpoint"},
+            "step": {"points_per_period": 10},
+            "events": events,
+        },
+    }
+    case = il.Case(**blocks)
+    every, few = il.run(case), il.run(case.with_("solve.records", 100))
+    for channel in ("velocity:hammer", "position:hammer", "velocity:rod@0", "stress:rod@0.15", "gap:hammer|rod.left"):
+        assert few.at_end(channel) == every.at_end(channel)
 
 
 def test_a_snapshot_is_a_field_and_any_other_time_says_which_there_are() -> None:

@@ -45,10 +45,16 @@ def case_error(error: ValidationError, data: Any, prefix: str, allowed: type[Bas
     allowed : pydantic model
         Its keys may stand in ``data``.
     """
-    faults = sorted(error.errors(include_url=False), key=lambda fault: fault["type"] != "extra_forbidden")
+    given = (fault for fault in error.errors(include_url=False) if not _counts_valid_entries(fault))
+    faults = sorted(given, key=lambda fault: fault["type"] != "extra_forbidden")
     found = [(fault, _one(fault, data, prefix, allowed)) for fault in faults]
     misspelt = {_suggested(fault, each, prefix) for fault, each in found if fault["type"] == "extra_forbidden"}
     return combined([each for fault, each in found if fault["type"] != "missing" or each.path not in misspelt])
+
+
+def _counts_valid_entries(fault: ErrorDetails) -> bool:
+    """Return whether a list is called too short although it is not: its faulty entries do not count there."""
+    return fault["type"] == "too_short" and len(fault["input"]) >= fault["ctx"]["min_length"]
 
 
 def _suggested(fault: ErrorDetails, error: CaseError, prefix: str) -> str:

@@ -183,8 +183,9 @@ def advance_located(m: StepArrays, dt: float, last_step: int, stride: int, sampl
         if not located_step(m, dt, whole, end):
             return LAW_FAILED
         clock.step += 1
-        if clock.step % stride == 0 or clock.step == clock.steps:
+        at_end = clock.step >= clock.steps - 2  # both ends of the last two steps
+        if clock.step % stride == 0 or at_end:
             write_record(m, dt)
-        if (clock.step % sample_stride == 0 or clock.step == clock.steps) and not sample_energies(m, dt):
+        if (clock.step % sample_stride == 0 or at_end) and not sample_energies(m, dt):
             return NOT_FINITE
     return DONE

@@ -268,6 +268,13 @@ def steps_to_snapshot(m: StepArrays, dt: float, steps: int) -> int:
     return steps
 
 
+@INLINE
+def steps_to_kept(m: StepArrays, stride: int) -> int:
+    """Return how many steps it is to the next kept instant: each ``stride``, and both ends of the last two steps."""
+    clock = m.clock[0]
+    return min(stride - clock.step % stride, max(1, clock.steps - 2 - clock.step))
+
+
 @ENTRY
 def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_stride: int) -> int:
     """Take whole steps up to ``last_step``; return a status.
@@ -277,7 +284,7 @@ def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_
     """
     clock = m.clock[0]
     # Counted down: a division in every step takes as long as three nodes.
-    to_record, to_sample = stride - clock.step % stride, sample_stride - clock.step % sample_stride
+    to_record, to_sample = steps_to_kept(m, stride), steps_to_kept(m, sample_stride)
     while clock.step < last_step:
         if clock.n_records + 2 >= m.record.shape[0] or clock.n_samples + 2 >= m.sample.shape[0]:
             return RECORDS_FULL
@@ -309,13 +316,13 @@ def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_
             clock.step += 1
             to_record -= 1
             to_sample -= 1
-        if to_record == 0 or clock.step == clock.steps:
+        if to_record == 0:
             write_record(m, dt)
-            to_record = stride
-        if to_sample == 0 or clock.step == clock.steps:
+            to_record = steps_to_kept(m, stride)
+        if to_sample == 0:
             if not sample_energies(m, dt):
                 return NOT_FINITE
-            to_sample = sample_stride
+            to_sample = steps_to_kept(m, sample_stride)
     if len(m.bead_rows) > 0:
         call(m.pieces[SHOW_ROWS], m)
     return DONE

@@ -2,7 +2,7 @@
 
 With them, values at the end lie on a line that no kick crosses. Leapfrog keeps velocities of the middle of each step,
 and a step with a kick has two, before and after it. A step beyond the last one gives a further point of the line; where
-the end lies before the instant of the last step, and the step before that is kept, that one gives it. Faces that touch
+the end lies before the instant of the last step, the steps before that, which are kept, give it. Faces that touch
 beyond the end of the run are kept apart.
 """
 
@@ -20,12 +20,14 @@ from impactlab.numerics.addresses import COMPILED
 from impactlab.numerics.raised import keep_raised
 from impactlab.simulate.stepping import event_times
 from impactlab.simulate.stepping.arrays import StepArrays
+from impactlab.simulate.stepping.end_loads import ON_GRID
 from impactlab.simulate.stepping.loop import DONE, advance_dated
 from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.types import Array
 
 ON_STEP = 1e-9  # of a step: a run that ends this close to the end of a step ends there
 OUT_OF_REACH = 1e3  # of the lengths of a scene, by which faces that are apart stay apart after the end of the run
+KEPT = 3  # instants of the run that may be read: the end of a run may lie before the last but one sum of forces
 ROOM = 8  # records and samples of the steps after the end: the loop wants some to spare
 
 
@@ -38,9 +40,9 @@ class RecordsAround(NamedTuple):
     time: float  # s, end of the step of the first
     done: int  # how many of them are of steps of the run
     dt: float  # s
-    record: Array  # (2 or 3, n_columns)
-    sample: Array  # (2 or 3, n_sampled)
-    impulses: Array  # (2 or 3, n_loads) N s, of loads over time so far
+    record: Array  # (2 to 4, n_columns)
+    sample: Array  # (2 to 4, n_sampled)
+    impulses: Array  # (2 to 4, n_loads) N s, of loads over time so far
 
     def at(self, time: float, rows: Array, early: float, at_start: Array | float | None = None) -> Array:
         """Return values at a time [s] from rows of records.
@@ -145,11 +147,32 @@ def around_end(assembly: Assembly, touches: LateClosings) -> RecordsAround | Non
         return RecordsAround(clock.time + dt, 0, dt, record, sample, impulses)
     own = memory.record[: clock.n_records], memory.sample[: clock.n_samples]
     done = 1
-    if not touches.kicked and all(len(rows) > 1 and abs(clock.time - rows[-2, 0] - dt) < ON_STEP * dt for rows in own):
-        done = 2  # they hold the step before the last one, too
-        impulses = np.vstack(([load.impulse - dt * load.force for load in assembly.loads], impulses))
+    while not touches.kicked and done < KEPT and all(_keeps(rows, done, clock.time, dt) for rows in own):
+        before = impulses[0] - dt * np.array([_force_before(assembly, load, done) for load in assembly.loads])
+        impulses = np.vstack((before, impulses))
+        done += 1
     record, sample = (np.vstack((rows[-done:], after)) for rows, after in zip(own, (record, sample), strict=True))
     return RecordsAround(clock.time - (done - 1) * dt, done, dt, record, sample, impulses)
+
+
+def _keeps(rows: Array, steps: int, time: float, dt: float) -> bool:
+    """Return whether rows of a run hold the instant some steps before the last one, at a time [s]."""
+    return len(rows) > steps and abs(time - rows[-1 - steps, 0] - steps * dt) < ON_STEP * dt
+
+
+def _force_before(assembly: Assembly, load: Any, steps: int) -> float:
+    """Return the force of a load in the last step, 1, or in the one before it, 2 [N]; see `force_over`."""
+    if steps == 1:
+        return float(load.force)
+    samples = slice(load.table_start, load.table_end)
+    times, forces, dt = assembly.memory.load_times[samples], assembly.memory.load_forces[samples], assembly.dt
+    instant = assembly.clock.time - (steps - load.point) * dt
+    low, high = instant - 0.5 * dt, instant + 0.5 * dt
+    within = times[(times > low) & (times < high)]
+    if load.point != 0.5 and len(within) == 1 and abs(within[0] - instant) <= ON_GRID * dt:
+        return float(np.interp(instant, times, forces))
+    edges = np.concatenate(([low], within, [high]))
+    return float(np.diff(edges) @ np.interp(0.5 * (edges[1:] + edges[:-1]), times, forces)) / dt
 
 
 def _copied(assembly: Assembly) -> Assembly:

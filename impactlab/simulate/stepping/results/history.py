@@ -377,6 +377,7 @@ class RecordedHistory(AbstractRecordedHistory):
             if not assembly.acting.laws[name].hard:  # a force that may jump is known as means over steps alone
                 peak = self._peak_at_end(number, time, force, peak)
             since_start = self._up_to_end(number, impulse, force) - early.pop(number, 0.0)
+            since_start = max(0.0, since_start)  # of a force that began in the last step a line may begin below zero
             spans.append(ContactSpan(name, time, None, since_start, peak))
         for number, given in kicks.items():
             name = contacts[number].name

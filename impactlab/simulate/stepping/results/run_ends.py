@@ -146,10 +146,22 @@ def settled(
         missing=missing,
         around=around,
         early=_before_start(assembly) if early else None,
-        end=None if around is None else around.at(duration, around.sample, lag),
+        end=None if around is None else _sample_at_end(assembly, around, duration, lag),
         start=assembly.memory.sample[0].copy(),
         load_impulses=_load_impulses(assembly, integrator, duration, around),
     )
+
+
+def _sample_at_end(assembly: Assembly, around: RecordsAround, duration: float, lag: float) -> Array:
+    """Return the sample at the end of a run.
+
+    Booked losses are at least those of the step before the last one: they never fall, but a step beyond the end may
+    lose far more than those with kicks, and the line from there passes below.
+    """
+    end = np.asarray(around.at(duration, around.sample, lag))
+    before = assembly.memory.sample[max(assembly.clock.n_samples - 2, 0)]
+    end[2:SAMPLED] = np.maximum(end[2:SAMPLED], before[2:SAMPLED])
+    return end
 
 
 def _load_impulses(
