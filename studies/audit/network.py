@@ -113,7 +113,7 @@ def frames(doc: Doc, touched: Collection[str]) -> dict[str, Frame]:
         if names & held:
             found[name] = Frame(0.0, 0.0)
             continue
-        masses = [(mass_of(bodies[n]) + _ridden(bodies[n]), float(bodies[n].get("velocity", 0.0))) for n in names]
+        masses = [(whole_mass(bodies[n]), float(bodies[n].get("velocity", 0.0))) for n in names]
         found[name] = Frame(sum(m * v for m, v in masses) / sum(m for m, _ in masses), float(doc.get("gravity", 0.0)))
     return found
 
@@ -128,8 +128,9 @@ def _is_held(body: Doc) -> bool:
     return grounded or any(kind not in ("free", "mass", "force") for end in _ends(body) for kind in end)
 
 
-def _ridden(body: Doc) -> float:
-    return sum(float(end.get("mass", 0.0)) for end in _ends(body))
+def whole_mass(body: Doc) -> float:
+    """Return the mass of a body with its end masses [kg]; inf of a wall."""
+    return mass_of(body) + sum(float(end.get("mass", 0.0)) for end in _ends(body))
 
 
 def segments_of(rod: Doc) -> list[Doc]:
@@ -251,7 +252,7 @@ def read(doc: Doc) -> Network:
         else:
             raise ValueError(body["kind"])
     for contact, pair in zip(doc["contacts"], faces, strict=True):
-        masses = (mass_of(doc["bodies"][pair[0][0]]), mass_of(doc["bodies"][pair[1][0]]))
+        masses = (whole_mass(doc["bodies"][pair[0][0]]), whole_mass(doc["bodies"][pair[1][0]]))
         law, parameters = law_of(contact, masses)
         left, right = places[pair[0]], places[pair[1]]
         net.touches.append(

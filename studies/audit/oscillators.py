@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from studies.audit.mesh import modes_of
-from studies.audit.network import Doc, channel_of, law_of, mass_of, place_of
+from studies.audit.network import Doc, channel_of, law_of, place_of, whole_mass
 from studies.audit.tables import STAGES, Array, gauss
 
 POINTS, WEIGHTS, LAGRANGE, COLLOCATION, TOP = gauss()
@@ -84,7 +84,7 @@ def system_of(doc: Doc, count: int) -> System:
 
     gaps = [row(pair[1]) - row(pair[0]) for pair in faces]
     laws = [
-        law_of(contact, (mass_of(doc["bodies"][a[0]]), mass_of(doc["bodies"][b[0]])))
+        law_of(contact, (whole_mass(doc["bodies"][a[0]]), whole_mass(doc["bodies"][b[0]])))
         for contact, (a, b) in zip(doc["contacts"], faces, strict=True)
     ]
     moving = [place for pair in faces for place in pair if doc["bodies"][place[0]]["kind"] != "wall"]

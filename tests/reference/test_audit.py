@@ -161,6 +161,21 @@ def test_exact_solver_and_truth_agree(number: int) -> None:
     assert max(answer.uncertainty.values()) <= 1e-5
 
 
+def test_the_restitution_of_a_rod_with_a_mass_at_its_end_counts_that_mass_in_both_programs() -> None:
+    """Khulief and Shabana's dashpot follows from the masses of both bodies."""
+    titanium = {"young": 1.1e11, "density": 4430.0}
+    bodies = {
+        "one": {"kind": "rod", "length": 0.3, "area": 1.3e-4, "material": titanium, "velocity": 0.3},
+        "two": {"kind": "rod", "length": 0.4, "area": 8e-4, "material": titanium, "ends": {"right": {"mass": 3.7}}},
+    }
+    law = {"kind": "khulief_shabana", "stiffness": 7.8e8, "restitution": 0.6}
+    doc = scenes.finished(bodies, [{"between": ["one.right", "two.left"], "law": law}], 4e-4, 1e-3)
+    waves, modes, history = truth.solve(doc), smooth.solve(doc), il.run(measure.case_for(exactly(doc)))
+    found = compare.errors(measure.seen(history, waves), waves, 1e-3)
+    assert max(found[name] for name in compare.JUDGED) < 1e-6
+    assert compare.errors(modes, waves, 1e-3)["impulse"] < 1e-4
+
+
 @pytest.mark.parametrize("family", ["power_law", "dashpot"])
 def test_waves_and_modes_agree(family: str) -> None:
     agreed = 0
