@@ -21,7 +21,7 @@ from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.numerics.ahead import Kernel, ahead
 from impactlab.plugins import kind_of
 from impactlab.printing import at_most
-from impactlab.scene.method import Method, is_exact, laws_of, modelled
+from impactlab.scene.method import Method, is_exact, laws_of, modelled, models_of
 from impactlab.scene.precision import beyond, in_precision, quietly
 from impactlab.scene.problem import Scene
 from impactlab.scene.ranges import PERIODS_IN_A_STEP
@@ -246,12 +246,14 @@ def chosen_step(scene: Scene, method: Method, integrator: AbstractIntegrator, bu
     name = min(limits, key=lambda key: limits[key], default="")
     if name and dt > limits[name] * (1.0 + 1e-9):
         model = built[name].model
-        if isinstance(model, AbstractSelfStepping) and (fault := model.too_long(dt)) is not None:
-            raise fault
+        of, others = f"integrator '{kind_of(integrator)}'", ", fewer elements or modes, or integrator newmark"
+        if isinstance(model, AbstractSelfStepping):
+            if (fault := model.too_long(dt)) is not None:
+                raise fault
+            of, others = f"model '{kind_of(models_of(scene, method)[name])}'", ""
         raise CaseError(
-            f"a step of {dt:.6g} s is beyond the stability limit {limits[name]:.6g} s of integrator "
-            f"'{kind_of(integrator)}' for body '{name}'",
-            remedy=f"Give dt: {at_most(limits[name])} or less, fewer elements or modes, or integrator newmark.",
+            f"a step of {dt:.6g} s is beyond the stability limit {limits[name]:.6g} s of {of} for body '{name}'",
+            remedy=f"Give dt: {at_most(limits[name])} or less{others}.",
             path="solve.step",
         )
     for name, body in built.items():

@@ -252,7 +252,7 @@ def test_what_it_does_not_know_is_refused() -> None:
     for change, told in (
         ({"gravity": -9.81}, "does not support gravity"),
         ({"probes": (Probe("beam", 0.1, "torque"),)}, "has no torque"),
-        ({"step": StepRule(dt=1e-5)}, "beyond the stability limit"),
+        ({"step": StepRule(dt=1e-5)}, "beyond the stability limit .* of model 'continuous' for body 'beam'"),
         ({"events": "located"}, "continuous beam 'beam' has one step length"),
     ):
         with pytest.raises(ImpactlabError, match=told) as caught:
