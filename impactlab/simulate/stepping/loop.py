@@ -269,10 +269,10 @@ def steps_to_snapshot(m: StepArrays, dt: float, steps: int) -> int:
 
 
 @INLINE
-def steps_to_kept(m: StepArrays, stride: int) -> int:
-    """Return how many steps it is to the next kept instant: each ``stride``, and both ends of the last two steps."""
+def steps_to_kept(m: StepArrays, regular: int) -> int:
+    """Return how many steps it is to the next kept instant: the ``regular`` one, or an end of the last two steps."""
     clock = m.clock[0]
-    return min(stride - clock.step % stride, max(1, clock.steps - 2 - clock.step))
+    return min(regular, max(1, clock.steps - 2 - clock.step))
 
 
 @ENTRY
@@ -284,7 +284,8 @@ def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_
     """
     clock = m.clock[0]
     # Counted down: a division in every step takes as long as three nodes.
-    to_record, to_sample = steps_to_kept(m, stride), steps_to_kept(m, sample_stride)
+    to_record = steps_to_kept(m, stride - clock.step % stride)
+    to_sample = steps_to_kept(m, sample_stride - clock.step % sample_stride)
     while clock.step < last_step:
         if clock.n_records + 2 >= m.record.shape[0] or clock.n_samples + 2 >= m.sample.shape[0]:
             return RECORDS_FULL
