@@ -173,8 +173,6 @@ def _field(history: AbstractHistory, body: ElasticBody, times: Array, quantity: 
     """
     x = np.linspace(0.0, body.length, places)
     try:
-        if history.field_times(body.name) is None:  # a continuous rod: at any place
-            return history.fields_at(body.name, times, quantity, x).values
         known, values = history.fields_at(body.name, times, quantity)
     except ImpactlabError:  # a stepped run keeps fields at its snapshots only
         return None
