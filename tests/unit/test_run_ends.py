@@ -116,10 +116,16 @@ def test_a_closing_jump_in_the_last_step_of_leapfrog_is_given_at_once(share):
 
 
 @pytest.mark.parametrize(
-    ("law", "scheme"), [("addition_deletion", "central_difference"), ("paoli_schatzman", "newmark")]
+    ("law", "scheme"),
+    [
+        ("addition_deletion", "central_difference"),
+        ("paoli_schatzman", "newmark"),
+        ("penalty", "newmark"),
+        ("penalty", "generalised_alpha"),
+    ],
 )
 def test_a_touch_after_the_end_of_the_run_is_not_in_its_velocities(law, scheme):
-    """The last step holds the force of a touch that comes when the run is over."""
+    """The last step holds the force of a touch that comes when the run is over, and its losses."""
 
     def ends(duration):
         # the third step begins at 0.7 us, the touch is at 1 us
@@ -131,9 +137,33 @@ def test_a_touch_after_the_end_of_the_run_is_not_in_its_velocities(law, scheme):
     assert not history.events
     assert found["velocity:hammer"] == pytest.approx(1.0, rel=1e-12)
     assert found["momentum:rod"] == pytest.approx(0.0, abs=1e-12)
+    assert summary.energy(history)["booked"]["contact"] == pytest.approx(0.0, abs=1e-15)
     history, found = ends(1.02e-6)
     assert [event.kind for event in history.events] == ["close"]
-    assert found["velocity:hammer"] < 1.0 - 1e-4
+    assert found["velocity:hammer"] < 1.0 - 1e-5
+
+
+@pytest.mark.parametrize("share", [0.2, 0.6])  # of the last step that lies within the run
+@pytest.mark.parametrize("scheme", ["newmark", "generalised_alpha", "moreau_jean"])
+def test_a_touch_after_the_end_of_the_run_leaves_another_contact_as_it_was(scheme: str, share: float) -> None:
+    """A mass presses a spring; a second one that catches up with it after the end changed its velocity by 1e-3."""
+    omega, dt = math.sqrt(1e6 / MASS), 1e-5
+    end = (60.0 + share) * dt
+    touch = 60.8 * dt
+    gap = 3.0 * touch - math.sin(omega * touch) / omega
+    history = run_case(
+        bodies={"second": il.Mass(1.0, velocity=3.0), "mass": il.Mass(MASS, velocity=1.0), "wall": il.Wall()},
+        contacts=[
+            il.Contact("second", "mass", {"kind": "penalty", "stiffness": 1e9}, gap=gap),
+            il.Contact("mass", "wall", {"kind": "penalty", "stiffness": 1e6}),
+        ],
+        solve={"duration": end, "integrator": {"kind": scheme}, "step": {"dt": dt}},
+    )
+    (span,) = history.contacts
+    found = history.at_end("velocity:mass")
+    assert found == pytest.approx(math.cos(omega * end), abs=(omega * dt) ** 2)
+    assert span.impulse == pytest.approx(MASS - history.at_end("momentum:mass"), rel=1e-9)
+    assert history.at_end("velocity:second") == pytest.approx(3.0, rel=1e-14)
 
 
 def test_values_at_the_end_change_nothing_in_the_run_and_survive_a_copy():

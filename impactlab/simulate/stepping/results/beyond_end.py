@@ -3,7 +3,7 @@
 With them, values at the end lie on a line that no kick crosses. Leapfrog keeps velocities of the middle of each step,
 and a step with a kick has two, before and after it. A step beyond the last one gives a further point of the line; where
 the end lies before the instant of the last step, the steps before that, which are kept, give it. Faces that touch
-beyond the end of the run are kept apart.
+beyond the end of the run are kept apart, and the force of their touch is taken out of the last step.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from impactlab.simulate.stepping.arrays import StepArrays
 from impactlab.simulate.stepping.end_loads import ON_GRID
 from impactlab.simulate.stepping.loop import DONE, advance_dated
 from impactlab.simulate.stepping.setup.assembly import Assembly
+from impactlab.simulate.stepping.setup.layout import PER_CONTACT
 from impactlab.types import Array
 
 ON_STEP = 1e-9  # of a step: a run that ends this close to the end of a step ends there
@@ -43,6 +44,7 @@ class RecordsAround(NamedTuple):
     record: Array  # (2 to 4, n_columns)
     sample: Array  # (2 to 4, n_sampled)
     impulses: Array  # (2 to 4, n_loads) N s, of loads over time so far
+    replaced: bool = False  # whether the values of the last step of the run are the means of those beside it
 
     def at(self, time: float, rows: Array, early: float, at_start: Array | float | None = None) -> Array:
         """Return values at a time [s] from rows of records.
@@ -66,14 +68,21 @@ class RecordsAround(NamedTuple):
         forces = self.record[:, column]
         sums = np.cumsum(forces) * self.dt
         totals = given + sums - (sums[self.done - 1] if self.done else 0.0)
+        if self.replaced:
+            totals[self.done - 1] = 0.5 * (totals[self.done - 2] + totals[self.done])
         return float(self.at(time, totals, early, early * at_start))
 
 
 class LateClosings(NamedTuple):
-    """Contacts that change velocities at once in the last step."""
+    """Contacts that change velocities at once in the last step, or touch after the end of the run."""
 
-    kicked: bool  # whether any do
+    kicks: bool  # whether any change them at once before the end
     late: frozenset[int]  # those that touch after the end of the run: the last step holds their forces
+
+    @property
+    def crossed(self) -> bool:
+        """Whether a line across the last step is a mixture of the motions before and after a kick or a touch."""
+        return self.kicks or bool(self.late)
 
 
 def _struck(assembly: Assembly, place: int) -> bool:
@@ -94,22 +103,36 @@ def late_closings(
 
     The run ends inside that step, or the momenta at its end belong to an instant inside it.
     """
-    clock, layout, dt = assembly.clock, assembly.layout, assembly.dt
-    kicked, late, ends_inside = False, set[int](), duration < clock.time - ON_STEP * dt
-    if ends_inside or integrator.momentum_early != 0.0:
-        kicked = any(contact.impulse != 0.0 for contact in assembly.contacts)
+    clock, dt = assembly.clock, assembly.dt
+    late, ends_inside = set[int](), duration < clock.time - ON_STEP * dt
     if ends_inside:
         for events in reversed(raw):
             near = events[events["time"] >= clock.time - 3.0 * dt]  # events of one step are not in order
             for time, place, kind, *_ in near.tolist():
-                touches_late = kind == event_times.CLOSE and time > duration and place < len(layout.solved)
-                if touches_late and assembly.acting.laws[layout.contacts[place].name].hard:
+                if kind == event_times.CLOSE and time > duration and _may_be_taken_back(assembly, place):
                     late.add(place)
             if not near.size:
                 break
+    others = [place for place in range(len(assembly.contacts)) if place not in late]
+    kicks = False
+    if ends_inside or integrator.momentum_early != 0.0:
+        kicks = any(assembly.contacts[place].impulse != 0.0 for place in others)
     if integrator.velocity_point < 1.0:
-        kicked = kicked or any(_struck(assembly, place) for place in range(len(assembly.contacts)))
-    return LateClosings(kicked or bool(late), frozenset(late))
+        kicks = kicks or any(_struck(assembly, place) for place in others)
+    return LateClosings(kicks, frozenset(late))
+
+
+def _may_be_taken_back(assembly: Assembly, place: int) -> bool:
+    """Return whether the force of a touch that comes after the end of the run is known apart from the last step.
+
+    That of beads is not. Forces of compliant laws are not, either, beside pushes or where faces change their
+    coordinates as they touch: there the step holds them.
+    """
+    layout = assembly.layout
+    if place >= len(layout.solved):
+        return False
+    alone = not (len(assembly.memory.pushes) or len(assembly.memory.phases))
+    return alone or assembly.acting.laws[layout.contacts[place].name].hard
 
 
 def around_end(assembly: Assembly, touches: LateClosings) -> RecordsAround | None:
@@ -120,10 +143,10 @@ def around_end(assembly: Assembly, touches: LateClosings) -> RecordsAround | Non
     """
     if assembly.clock.step != assembly.steps or assembly.method.events == "located":  # located steps end with the run
         return None
-    late = touches.late
-    if late and (len(assembly.memory.pushes) or len(assembly.memory.phases)):
+    late, clock, memory, dt = touches.late, assembly.clock, assembly.memory, assembly.dt
+    if late and (len(memory.pushes) or len(memory.phases)):
         return None
-    other, dt = _copied(assembly), assembly.dt
+    other = _copied(assembly)
     for place in late:
         _take_back(other, place)
     reach = OUT_OF_REACH * max(1.0, *(body.length for body in assembly.scene.bodies.values()))
@@ -133,26 +156,35 @@ def around_end(assembly: Assembly, touches: LateClosings) -> RecordsAround | Non
         if contact.joined or (place not in late and touching):
             continue
         left, right = other.faces[2 * place], other.faces[2 * place + 1]
-        if law.hard or contact.initial_gap + right.u - left.u + port.offset >= 0.0:
+        if place in late or law.hard or contact.initial_gap + right.u - left.u + port.offset >= 0.0:
             contact.initial_gap += reach
-    steps = 2 if late else 1
+    own = memory.record[: clock.n_records], memory.sample[: clock.n_samples]
+    last_before = not touches.kicks and all(_keeps(rows, 1, clock.time, dt) for rows in own)
+    steps = 2 if late and not last_before else 1
     with keep_raised(other.fail_all) as raised:
         status = advance_dated(other.memory, dt, assembly.steps + steps, 1, 1)
     if status != DONE or raised.first is not None:
         return None
-    clock, memory = assembly.clock, assembly.memory
     record, sample = other.memory.record[:steps], other.memory.sample[:steps]
+    for place in late:  # it was let go of, which books the energy that a law has stored
+        sample[:, 2] -= other.replies[place].dissipated
+        sample[:, 5] -= other.replies[place].unresolved
     impulses = np.array([[load.impulse - before * load.force for load in other.loads] for before in (dt, 0.0)])
-    if late:
+    if late and not last_before:
         return RecordsAround(clock.time + dt, 0, dt, record, sample, impulses)
-    own = memory.record[: clock.n_records], memory.sample[: clock.n_samples]
     done = 1
-    while not touches.kicked and done < KEPT and all(_keeps(rows, done, clock.time, dt) for rows in own):
+    while not touches.kicks and done < KEPT and all(_keeps(rows, done, clock.time, dt) for rows in own):
         before = impulses[0] - dt * np.array([_force_before(assembly, load, done) for load in assembly.loads])
         impulses = np.vstack((before, impulses))
         done += 1
     record, sample = (np.vstack((rows[-done:], after)) for rows, after in zip(own, (record, sample), strict=True))
-    return RecordsAround(clock.time - (done - 1) * dt, done, dt, record, sample, impulses)
+    if late:  # the last step holds their forces: without them, its end lies between its start and the next one's end
+        n_contacts = len(assembly.contacts)
+        forces = record[done - 1, 1 : 1 + PER_CONTACT * n_contacts : PER_CONTACT].copy()
+        for rows in (record, sample, impulses):
+            rows[done - 1] = 0.5 * (rows[done - 2] + rows[done])
+        record[done - 1, 1 : 1 + PER_CONTACT * n_contacts : PER_CONTACT] = forces
+    return RecordsAround(clock.time - (done - 1) * dt, done, dt, record, sample, impulses, bool(late))
 
 
 def _keeps(rows: Array, steps: int, time: float, dt: float) -> bool:
@@ -193,8 +225,10 @@ def _copied(assembly: Assembly) -> Assembly:
 
 
 def _take_back(assembly: Assembly, place: int) -> None:
-    """Remove a contact's force and impulse in the last step from the state."""
-    m, contact = assembly.memory, assembly.contacts[place]
+    """Remove a contact's force and impulse in the last step from the state, and its losses from those booked."""
+    m, contact, reply = assembly.memory, assembly.contacts[place], assembly.replies[place]
+    assembly.clock.lost_contact -= reply.dissipated
+    assembly.clock.lost_unresolved -= reply.unresolved
     bodies: Any = np.asarray(m.bodies)
     given = contact.force, contact.impulse, contact.projection
     moved = set[int]()

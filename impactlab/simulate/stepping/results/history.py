@@ -267,7 +267,7 @@ class RecordedHistory(AbstractRecordedHistory):
         """
         assembly, early = self.assembly, self._integrator.momentum_early * self.assembly.dt
         goes_on = self.duration > assembly.clock.time + ON_STEP * assembly.dt
-        beside = early != 0.0 or goes_on or self._late_closings.kicked
+        beside = early != 0.0 or goes_on or self._late_closings.crossed
         around = self._around if beside and not self._up_to_last_step else None
         if around is None:  # momenta there lie on a line within the last step
             return given - (assembly.clock.time - early - self.duration) * force

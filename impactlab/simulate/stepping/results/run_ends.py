@@ -130,7 +130,7 @@ def settled(
     """
     rates, slack = list(_rates(assembly, integrator)), ON_STEP * assembly.dt
     last = assembly.clock.time + slack  # of values at the ends of steps
-    missing = frozenset(rate.channel for rate in rates if touches.kicked or rate.lag != 0.0 or duration > last)
+    missing = frozenset(rate.channel for rate in rates if touches.crossed or rate.lag != 0.0 or duration > last)
     around = beyond() if missing else None
     early = integrator.velocity_point < 1.0
     lag = 0.5 * assembly.dt if early else 0.0
