@@ -246,6 +246,8 @@ def test_a_run_with_located_events_ends_with_the_velocity_after_its_last_touch(i
         ({"kind": "addition_deletion"}, "generalised_alpha", 1e-6, 0.0),  # the last step closes, and ends with the run
         ({"kind": "addition_deletion"}, "generalised_alpha", 5e-6, 3.4e-6),
         ({"kind": "augmented_lagrangian"}, "generalised_alpha", 5e-6, 3.4e-6),
+        ({"kind": "impulse_momentum"}, "generalised_alpha", 1.3e-6, 0.0),  # kicked in the step before the last one
+        ({"kind": "modal_messengers"}, "exact_modal", 96.4e-6, 0.5e-6),  # closed faces press, whatever their gap
     ],
 )
 def test_impulses_up_to_the_end_are_those_of_the_momentum_there(law, integrator, end, gap):

@@ -78,6 +78,7 @@ class LateClosings(NamedTuple):
 
     kicks: bool  # whether any change them at once before the end
     late: frozenset[int]  # those that touch after the end of the run: the last step holds their forces
+    kicks_before: bool = False  # whether any changed velocities at once in the step before the last one
 
     @property
     def crossed(self) -> bool:
@@ -105,12 +106,15 @@ def late_closings(
     """
     clock, dt = assembly.clock, assembly.dt
     late, ends_inside = set[int](), duration < clock.time - ON_STEP * dt
+    kicks_before = False
     if ends_inside:
         for events in reversed(raw):
             near = events[events["time"] >= clock.time - 3.0 * dt]  # events of one step are not in order
             for time, place, kind, *_ in near.tolist():
                 if kind == event_times.CLOSE and time > duration and _may_be_taken_back(assembly, place):
                     late.add(place)
+                # An impulse acts at the start of its step.
+                kicks_before |= kind == event_times.IMPULSE and abs(time - clock.time + 2.0 * dt) < ON_STEP * dt
             if not near.size:
                 break
     others = [place for place in range(len(assembly.contacts)) if place not in late]
@@ -119,7 +123,7 @@ def late_closings(
         kicks = any(assembly.contacts[place].impulse != 0.0 for place in others)
     if integrator.velocity_point < 1.0:
         kicks = kicks or any(_struck(assembly, place) for place in others)
-    return LateClosings(kicks, frozenset(late))
+    return LateClosings(kicks, frozenset(late), kicks_before)
 
 
 def _may_be_taken_back(assembly: Assembly, place: int) -> bool:
@@ -172,8 +176,8 @@ def around_end(assembly: Assembly, touches: LateClosings) -> RecordsAround | Non
     impulses = np.array([[load.impulse - before * load.force for load in other.loads] for before in (dt, 0.0)])
     if late and not last_before:
         return RecordsAround(clock.time + dt, 0, dt, record, sample, impulses)
-    done = 1
-    while not touches.kicks and done < KEPT and all(_keeps(rows, done, clock.time, dt) for rows in own):
+    done, most = 1, 1 if touches.kicks else 2 if touches.kicks_before else KEPT
+    while done < most and all(_keeps(rows, done, clock.time, dt) for rows in own):
         before = impulses[0] - dt * np.array([_force_before(assembly, load, done) for load in assembly.loads])
         impulses = np.vstack((before, impulses))
         done += 1
@@ -244,6 +248,7 @@ def _take_back(assembly: Assembly, place: int) -> None:
         if face.body in moved and face.moves:
             face.u, face.v = row_of(m, number, m.state), row_of(m, len(assembly.faces) + number, m.state)
     contact.force = contact.impulse = contact.projection = 0.0
+    assembly.ports[place].in_contact = 0.0  # a law may give a force to closed faces, whatever their gap
 
 
 def row_of(m: StepArrays, number: int, state: Array) -> float:
