@@ -50,7 +50,7 @@ class Collision:
     largest_gap: float | None  # m, between sub-impacts
     longest_opening: float | None  # s, between sub-impacts
     striker: str  # the rigid body, else the one that moved at the start
-    approach_speed: float | None  # m/s
+    approach_speed: float | None  # m/s, 0 where it is rounding: see `MIN_APPROACH`
     exit_speed: float | None  # m/s, positive when they part; while still closed that at the end of the run
     restitution: float | None  # exit over approach speed, of a meeting of these two bodies alone up to their parting
     energy_lost: float | None  # J, by the striker
@@ -106,6 +106,9 @@ def _collision(
     speeds = [motions[name].speed(before) for name in (striker, other)]
     approach = _difference(speeds, sign)
     leaves = _difference([motions[name].speed(until) for name in (other, striker)], sign)
+    rounding = MIN_APPROACH * max(scene.fastest, abs(leaves or 0.0))
+    if approach is not None and abs(approach) <= rounding:
+        approach = 0.0
     lost = given = None
     if whole:
         lost, given = (motions[name].energy_change(before, until) for name in (striker, other))
@@ -124,7 +127,7 @@ def _collision(
     if driven and (third := others.touched(other, pair, before, start)):
         why = f"'{third}' drives '{other}' into '{striker}'"
     if why is None and approach is not None and leaves is not None:
-        why = _no_approach(scene, approach, leaves)
+        why = _no_approach(approach, leaves, rounding)
     return Collision(
         bodies="|".join(pair),
         sub_impacts=sum(1 if span.kicks is None else span.kicks for span in spans),
@@ -146,9 +149,8 @@ def _collision(
     )
 
 
-def _no_approach(scene: Scene, approach: float, leaves: float) -> str | None:
+def _no_approach(approach: float, leaves: float, rounding: float) -> str | None:
     """Return the reason for no restitution at these speeds [m/s], else None."""
-    rounding = MIN_APPROACH * max(scene.fastest, abs(leaves))
     if approach <= rounding:
         return "their mean speeds do not approach each other"
     return "their mean speeds still approach each other after the last contact" if leaves < -rounding else None

@@ -142,6 +142,16 @@ def test_the_speeds_in_a_chain_do_not_follow_its_records() -> None:
     assert known[1].energy_lost == pytest.approx(known[0].energy_lost, rel=1e-9)
 
 
+def test_beads_that_rest_side_by_side_do_not_approach() -> None:
+    """They touch; from the third pair on, the left one moved at 1e-16 m/s and less when the force began."""
+    history = il.run(beads(records=2000))
+    first, second, *others = [each.approach_speed for each in collisions(history.scene, history)]
+    assert first == 1.0
+    force = 7.692307692307692e9 * (1.0 * 0.25e-6) ** 1.5  # N, after the first step
+    assert second == pytest.approx(0.5 * force * 0.25e-6 / 4.1102503884466466e-3, rel=1e-6)
+    assert {*others} == {0.0}
+
+
 def two_models(label: str) -> list[Simulation]:
     given = case_of(label).simulation()
     step = given.method.step
