@@ -35,6 +35,9 @@ def force_graph(history: AbstractHistory, reference: AbstractHistory, scene: Sce
 
 
 def _graph_distance(history: AbstractHistory, reference: AbstractHistory, scene: Scene, name: str) -> float | None:
+    if history is reference:
+        peak = _peak(history, scene, name)
+        return None if peak == 0.0 else 0.0 * peak  # NaN where the force is not known
     exact = _graph_of_reference(reference, scene, name)
     if exact is None:
         return None
@@ -65,12 +68,16 @@ def _graph_of_reference(reference: AbstractHistory, scene: Scene, name: str) -> 
     """Return the graph of a force of a reference, which all runs beside it share; None of a force of zero."""
     known, key = _known.setdefault(reference, {}), (name, scene.duration, scene.round_trip)
     if key not in known:
-        peak = float(np.max(np.abs(reference.evaluate(midpoints(scene.duration), name))))
-        known[key] = None
+        known[key], peak = None, _peak(reference, scene, name)
         if peak != 0.0:
             points = graph(reference, name, scene.duration, (scene.round_trip, peak), before=0.0)
             known[key] = _Graph(peak, points)
     return known[key]
+
+
+def _peak(history: AbstractHistory, scene: Scene, name: str) -> float:
+    """Return the largest size of a force [N], at the middles of cells."""
+    return float(np.max(np.abs(history.evaluate(midpoints(scene.duration), name))))
 
 
 def _tree(points: Array) -> KDTree:

@@ -95,7 +95,14 @@ def displacement_error(
     """
     moved = common_drift(scene, name, t, touched) if touched else None
     start = float(reference.evaluate(0.0, name)) if changes(scene) else 0.0  # faces of a mechanism have positions
-    return relative_l2(history.evaluate(t, name) - start, reference.evaluate(t, name) - start, moved)
+    one, other = _both(history, reference, name, t)
+    return relative_l2(one - start, other - start, moved)
+
+
+def _both(history: AbstractHistory, reference: AbstractHistory, name: str, t: Array) -> tuple[Array, Array]:
+    """Return a channel of two histories at times t (n,) [s]; read once where they are the same."""
+    values = history.evaluate(t, name)
+    return values, values if history is reference else reference.evaluate(t, name)
 
 
 def mass_displacement(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
@@ -157,10 +164,10 @@ def _force_error(
     near = ON_JUMP * duration / CELLS
     met = distances(t, jumps) <= near
     if not met.any():
-        return relative_l2(history.evaluate(t, name), reference.evaluate(t, name))
+        return relative_l2(*_both(history, reference, name, t))
     points = np.concatenate((t[~met], t[met] - 2.0 * near, t[met] + 2.0 * near))
     root = np.sqrt(np.where(np.arange(points.size) < t.size - met.sum(), 1.0, 0.5))  # of weights
-    return relative_l2(root * history.evaluate(points, name), root * reference.evaluate(points, name))
+    return relative_l2(*(root * values for values in _both(history, reference, name, points)))
 
 
 def force_away_from_jumps(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:

@@ -43,13 +43,13 @@ def peak_force(history: AbstractHistory, reference: AbstractHistory, scene: Scen
             return None
         away = near_jumps(reference, scene, laws, contact)
         law = laws[contact.name]
-        peak, wanted = (
+        found = [
             largest_step(each, contact)
             if each.dt is not None and has_largest_step(scene, law, away)
             else find_peak(each, contact, away, law.hard).force
-            for each in (history, reference)
-        )
-        peaks.append((peak, wanted))
+            for each in ([history] if history is reference else [history, reference])
+        ]
+        peaks.append((found[0], found[-1]))
     least = MIN_PEAK * max((wanted for _, wanted in peaks), default=0.0)
     return largest([abs(peak - wanted) / wanted if wanted > least else None for peak, wanted in peaks])
 
