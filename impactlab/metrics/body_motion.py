@@ -38,6 +38,7 @@ class BodyMotion:
         self.ends = np.maximum.accumulate([span.until(math.inf) for span in spans] or [0.0])
         # N s, sum so far, positive to the right; of no contact first
         self.impulses = np.array([0.0, *itertools.accumulate(signs[span.contact] * span.impulse for span in spans)])
+        self._velocities: dict[float, float | None] = {}  # m/s, by time: a collision reads each twice
         self.recorded = frozenset(each for each in ("momentum", "energy", "velocity") if f"{each}:{name}" in channels)
 
     def speed(self, time: float) -> float | None:
@@ -57,6 +58,11 @@ class BodyMotion:
         are exact; inside a contact it is that of the record, which is kept at fewer instants, and unknown where it
         changes much between two of them.
         """
+        if time not in self._velocities:
+            self._velocities[time] = self._mean_velocity(time)
+        return self._velocities[time]
+
+    def _mean_velocity(self, time: float) -> float | None:
         body, history = self.body, self.history
         if not body.moves:
             return 0.0
