@@ -113,7 +113,8 @@ def match(
     Parameters
     ----------
     case : Case
-        A pile and its soil, links with the law `smith`; its own mesh and step.
+        A pile and its soil, links with the law `smith`; its own mesh and step. Of several rods, joined end to end, a
+        hammer or a helmet shows the head.
     time : array
         Rising times [s], shape (n,); the pile is at rest at the first.
     force, velocity : array
@@ -151,13 +152,12 @@ def match(
     driven = driven_by(case, t, measured_force)
     numbers = list(_numbers(case, driven.blocks, free))
     check_work(t, measured_force, measured)
-    check_length(t, driven.case.scene().elastic[driven.body].round_trip)
+    check_length(t, driven.round_trip)
     _warn_if_unusual(driven, t, measured_force, measured)
     signal = Signal(driven.velocity, t, driven.direction * measured)
     problem = MatchProblem(driven.case, signal, numbers)
     chosen = Options("linear", noise)
-    trip = driven.case.scene().elastic[driven.body].round_trip
-    early = early_samples(t, measured_force, trip)
+    early = early_samples(t, measured_force, driven.round_trip)
     found = solved(problem, _near(problem, early), tolerance=TOLERANCE)
     if noise == "ar1":
         problem.correlated = correlations(problem, found.x)
@@ -176,7 +176,7 @@ def _warn_if_unusual(driven: CaseUnderForce, time: Array, force: Array, velocity
     assert pile is not None  # noqa: S101 - a rod
     expected = pile.segment_at(0.0 if driven.direction > 0.0 else pile.length).impedance * velocity
     first = first_peak(0.5 * (force + expected))
-    warn_of_times(time, pile.round_trip)
+    warn_of_times(time, driven.round_trip)
     warn_of_offsets(force, velocity)
     warn_of_proportion(float(time[first]), float(force[first]), float(expected[first]))
 

@@ -34,7 +34,8 @@ class CaseUnderForce(NamedTuple):
     """A case of a pile without hammer, its head under a measured force."""
 
     case: Case
-    body: str  # the pile
+    body: str  # the rod with the head
+    round_trip: float  # s, of a wave from the head to the toe and back
     direction: float  # 1 where it is driven along +x, -1 along -x
     velocity: str  # channel at its head
     blocks: dict[int, int]  # number of a contact block in the given case to that in this one
@@ -97,6 +98,7 @@ def driven_by(case: Case, time: Array, force: Array) -> CaseUnderForce:
     """
     run = case.simulation()
     body, from_left, head = head_of(run)
+    round_trip = body.round_trip if head is None else pile_of(run).round_trip
     numbers = list(_blocks(case))
     gone = {number for number, contacts in enumerate(numbers) if head in contacts}
     kept = {body.name}
@@ -122,19 +124,19 @@ def driven_by(case: Case, time: Array, force: Array) -> CaseUnderForce:
     x = 0.0 if from_left else body.length
     data["probes"] = [{"body": body.name, "at": x, "quantity": "velocity"}]
     made = Case.from_dict(data, f"{case.name}_head")
-    return CaseUnderForce(made, body.name, direction, f"velocity:{body.name}@{x:.6g}", blocks)
+    return CaseUnderForce(made, body.name, round_trip, direction, f"velocity:{body.name}@{x:.6g}", blocks)
 
 
 def head_of(run: Simulation) -> tuple[WaveBody, bool, Contact | None]:
-    """Return the pile, whether its head is left, and the hammer's contact.
+    """Return the rod with the pile's head, whether the head is left, and the hammer's contact.
 
-    The contact is None without a hammer. Without hammer the head is the loaded end, else the end away from the soil at
-    the toe.
+    The contact is None without a hammer. Without hammer the pile is one rod, and its head the loaded end, else the end
+    away from the soil at the toe.
     """
-    body, soil = soil_of(run)
     try:
         pile: Pile = pile_of(run)
     except CaseError:
+        body, soil = soil_of(run)
         ends = {0.0: body.left, body.length: body.right}
         loaded = [x for x, end in ends.items() if end.is_loaded]
         toes = {x for each in soil for x in each.places_on(body.name)} & {*ends}
@@ -147,7 +149,7 @@ def head_of(run: Simulation) -> tuple[WaveBody, bool, Contact | None]:
                 path=f"bodies.{body.name}",
             ) from None
         return body, heads[0] == 0.0, None
-    return body, pile.from_left, pile.head
+    return pile.body, pile.from_left, pile.head
 
 
 def head_signals(history: AbstractHistory) -> Head:

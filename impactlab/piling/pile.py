@@ -128,9 +128,9 @@ def _held(run: Simulation) -> tuple[dict[str, WaveBody], tuple[Contact, ...]]:
 def _no_single_pile(rods: Mapping[str, WaveBody]) -> CaseError:
     return CaseError(
         f"one rod must be the pile, and {', '.join(map(repr, sorted(rods))) or 'no rod'} could be",
-        remedy="Give one rod all contacts with the law smith; sections joined without play are its segments. `blow` "
-        "and `bearing_graph` also take several rods with such contacts, each joined to the next end to end, as by a "
-        "splice or at a crack.",
+        remedy="Give one rod all contacts with the law smith; sections joined without play are its segments. `blow`, "
+        "`bearing_graph` and `match` also take several rods with such contacts under a hammer, each joined to the "
+        "next end to end, as by a splice or at a crack.",
         path="bodies",
     )
 

@@ -120,7 +120,10 @@ def check_at_rest(run: Simulation, pile: Pile) -> None:
     wrong = next((c.name for c in others if pile.body.name in (c.left.body, c.right.body)), "")
     text, remedy = "", "Let links with the law smith alone hold the pile, without gravity."
     if pile.below:
-        remedy = "Join sections without play as segments of one rod; splices and cracks are taken by `blow` only."
+        remedy = (
+            "Join sections without play as segments of one rod; splices and cracks are taken by `blow`, "
+            "`bearing_graph` and `match`."
+        )
         text, path = f"{pile.named} are several rods, and the static equilibrium is found for a pile of one", "bodies"
     elif not pile.soil:
         text, path = "no soil holds the pile, so that it has no static equilibrium", "contacts"

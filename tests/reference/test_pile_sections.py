@@ -93,13 +93,20 @@ def test_the_bearing_graph_of_two_bonded_sections_is_that_of_one_pile() -> None:
     np.testing.assert_allclose(two.set, one.set, rtol=1e-6)
 
 
-def test_functions_of_one_rod_refuse_several_with_a_way_out() -> None:
-    two = case(CRACK)
-    with pytest.raises(CaseError, match="'upper' and 'lower' are several rods"):
-        drive(two, 2)
-    times = np.linspace(0.0, 0.02, 100)
-    with pytest.raises(CaseError, match=r"(?s)one rod must be the pile.*joined to the next end to end"):
-        match(two, times, np.sin(100.0 * times), 1e-6 * np.sin(100.0 * times), ["toe.capacity"])
+def test_driving_blow_after_blow_refuses_several_rods_with_a_way_out() -> None:
+    with pytest.raises(CaseError, match=r"(?s)'upper' and 'lower' are several rods.*`bearing_graph` and `match`"):
+        drive(case(CRACK), 2)
+
+
+def test_the_toe_of_two_bonded_sections_is_matched() -> None:
+    """It was refused: "one rod must be the pile". The force is a line between samples, of which one in 8 is kept."""
+    head = bonded().head
+    kept = np.flatnonzero(head.time < 0.06)[::8]
+    velocity = head.impedance_velocity[kept] / head.impedance
+    start = case(BOND).with_("contacts.2.law.capacity", 250e3)
+    found = match(start, head.time[kept], head.force[kept], velocity, ["toe.capacity"])
+    assert found["toe.capacity"].value == pytest.approx(150e3, rel=5e-3)
+    assert found.capacity.value == pytest.approx(250e3, rel=3e-3)  # with 5 kN on each of 20 m
 
 
 def test_sections_that_are_not_joined_are_refused() -> None:
