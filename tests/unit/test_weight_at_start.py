@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from impactlab.casefile.values import formula
 from impactlab.history.base import AbstractHistory
+from impactlab.simulate.warnings import weights
 
 G, DENSITY, YOUNG, LENGTH, WEIGHT = 9.81, 7850.0, 2.1e11, 10.0, 50.0
 AREA = np.pi * 0.01**2
@@ -174,3 +176,32 @@ def test_a_rod_of_several_pieces_and_a_collar_on_it_start_in_equilibrium(solve: 
     for name, weight in (("weight|rod.left", WEIGHT), (f"collar|rod.at({at} m)", collar)):
         names = [each.name for each in at_rest.scene.contacts if each.name.startswith(name.partition("|")[0] + "|")]
         assert at_rest.evaluate(before[1:], f"force:{names[0]}") == pytest.approx(weight * G, rel=1e-5)
+
+
+def test_seven_collars_on_a_uniform_rod_start_in_equilibrium() -> None:
+    """The formula was too long: each collar had a term of the curvature, which does not jump there."""
+    places, collar = [1.25 * number for number in range(1, 8)], 20.0
+
+    def made(shape: str | None = None, gaps: tuple[float, ...] = (0.0,) * 7) -> il.Case:
+        rod = il.Rod(length=LENGTH, area=AREA, material={"young": YOUNG, "density": DENSITY}, displacement=shape,
+                     ends={"left": "free", "right": "clamped"})  # fmt: skip
+        collars = {f"collar{number}": il.Mass(collar) for number in range(7)}
+        contacts = [il.Contact("hammer", "collar0", SPRING, gap=1e-4)]
+        for number, (place, gap) in enumerate(zip(places, gaps, strict=True)):
+            face = f"rod.at({place} m)"
+            contacts.append(il.Contact(f"collar{number}", face, SPRING, gap=gap, overlap="allowed"))
+        bodies = {"hammer": il.Mass(1.0, velocity=0.5), "rod": rod, **collars}
+        solve = {**EXACT, "duration": 2e-3 if shape is None else 1e-4}
+        return il.Case(bodies=bodies, contacts=contacts, gravity=G, solve=solve)
+
+    assert (weights.MAX_LENGTH, weights.MAX_NODES) == (formula.MAX_LENGTH, formula.MAX_NODES)
+    (text,) = texts(il.run(made()))
+    shape = re.search(r"displacement of 'rod': (\S.*?);", text)[1]  # type: ignore[index]
+    at_rest = il.run(made(shape, tuple(map(float, re.findall(r"gap of collar\S+: (\S+?)(?:;|$)", text)))))
+    # Each collar compresses what lies below it, and the rod itself as much as half of its weight.
+    sag = DENSITY * G * LENGTH**2 / (2.0 * YOUNG) + sum(collar * G * (LENGTH - x) / (YOUNG * AREA) for x in places)
+    top = at_rest.evaluate(np.linspace(0.0, 1e-4, 50), "displacement:rod@0")
+    assert top[0] == pytest.approx(sag, rel=1e-8)
+    assert np.ptp(top) < 1e-6 * sag
+    forces = [float(at_rest.evaluate(1e-4, f"force:{each.name}")) for each in at_rest.scene.contacts[1:]]
+    assert forces == pytest.approx([collar * G] * 7, rel=1e-5)

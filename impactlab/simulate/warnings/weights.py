@@ -6,6 +6,7 @@ of bars with nodes at ends, joints and faces, which is exact there.
 
 from __future__ import annotations
 
+import ast
 import math
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple, final
@@ -27,7 +28,7 @@ INSTANTS = 1000  # of a run, at which the motion is read
 MAX_TURNS, SETTLED = 100, 1e-12  # solutions for contacts that stiffen, and the share by which the last forces differ
 MIN_FORCE = 1e-9  # N: a contact that carries nothing has no stiffness, and the equilibrium needs one
 ROUNDING = 1e-9  # of the largest strain: a smaller jump of it is none
-MAX_LENGTH = 400  # characters of a formula of a case, as in `casefile.values.formula`
+MAX_LENGTH, MAX_NODES = 400, 150  # characters and parts of a formula of a case, as in `casefile.values.formula`
 Node = tuple[str, float]  # body and place x [m]
 
 
@@ -184,7 +185,7 @@ class StaticRest:
         for name, rod in ((name, body.waves) for name, body in scene.bodies.items()):
             if rod is not None and (name, 0.0) in self.held:
                 shape = self._shape(name, rod)
-                if len(shape) > MAX_LENGTH:
+                if len(shape) > MAX_LENGTH or sum(1 for _ in ast.walk(ast.parse(shape, mode="eval").body)) > MAX_NODES:
                     return ""
                 keys.append(f"displacement of '{name}': {shape}")
         for contact, force in self.forces.items():
@@ -214,7 +215,9 @@ class StaticRest:
         kinks, bends, ends = 0.5 * jumps, 0.5 * (factors[:-1] - factors[1:]), np.array(places[1:-1])
         least = ROUNDING * float(np.abs(slopes).max() + np.abs(factors * lengths).max())
         terms = [
-            f" + ({kink:.11g} + {bend:.11g}*(x - {end:.9g}))*abs(x - {end:.9g})"
+            f" + {kink:.11g}*abs(x - {end:.9g})"  # short: a formula of a case has at most `MAX_LENGTH` characters
+            if bend == 0.0
+            else f" + ({kink:.11g} + {bend:.11g}*(x - {end:.9g}))*abs(x - {end:.9g})"
             for kink, bend, end in zip(kinks.tolist(), bends.tolist(), ends.tolist(), strict=True)
             if abs(kink) > least or bend != 0.0
         ]
