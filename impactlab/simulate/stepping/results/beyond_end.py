@@ -19,11 +19,10 @@ from impactlab.integrators.base import AbstractIntegrator
 from impactlab.numerics.addresses import COMPILED
 from impactlab.numerics.raised import keep_raised
 from impactlab.simulate.stepping import event_times
-from impactlab.simulate.stepping.arrays import StepArrays
+from impactlab.simulate.stepping.arrays import StepArrays, U, V
 from impactlab.simulate.stepping.end_loads import ON_GRID
 from impactlab.simulate.stepping.loop import DONE, advance_dated
 from impactlab.simulate.stepping.setup.assembly import Assembly
-from impactlab.simulate.stepping.setup.layout import PER_CONTACT
 from impactlab.types import Array
 
 ON_STEP = 1e-9  # of a step: a run that ends this close to the end of a step ends there
@@ -183,11 +182,11 @@ def around_end(assembly: Assembly, touches: LateClosings) -> RecordsAround | Non
         done += 1
     record, sample = (np.vstack((rows[-done:], after)) for rows, after in zip(own, (record, sample), strict=True))
     if late:  # the last step holds their forces: without them, its end lies between its start and the next one's end
-        n_contacts = len(assembly.contacts)
-        forces = record[done - 1, 1 : 1 + PER_CONTACT * n_contacts : PER_CONTACT].copy()
+        forces = [assembly.layout.column_of(number) for number in assembly.layout.numbers]
+        given = record[done - 1, forces]
         for rows in (record, sample, impulses):
             rows[done - 1] = 0.5 * (rows[done - 2] + rows[done])
-        record[done - 1, 1 : 1 + PER_CONTACT * n_contacts : PER_CONTACT] = forces
+        record[done - 1, forces] = given
     return RecordsAround(clock.time - (done - 1) * dt, done, dt, record, sample, impulses, bool(late))
 
 
@@ -244,6 +243,8 @@ def _take_back(assembly: Assembly, place: int) -> None:
                 at = int(body["response_start"]) + (kind * int(body["n_ports"]) + face.place) * size
                 state -= face.sign * each * m.responses[at : at + size]
             moved.add(face.body)
+    for at, entry in m.shared.reshape(-1, 2).tolist():  # beads in rows have their motion in arrays of their own, too
+        m.beads[U, entry], m.beads[V, entry] = m.state[at], m.state[at + 1]
     for number, face in enumerate(assembly.faces):
         if face.body in moved and face.moves:
             face.u, face.v = row_of(m, number, m.state), row_of(m, len(assembly.faces) + number, m.state)
