@@ -265,6 +265,7 @@ def test_a_run_with_located_events_ends_with_the_velocity_after_its_last_touch(i
         ({"kind": "velocity_complementarity", "restitution": 0.5}, "central_difference", 14e-6, 0.5e-6),
         ({"kind": "velocity_complementarity"}, "newmark", 4.5e-6, 3.4e-6),
         ({"kind": "penalty", "stiffness": 2e9}, "central_difference", 46e-6, 0.0),
+        ({"kind": "penalty", "stiffness": 2e9}, "central_difference", 4e-6, 3.4e-6),  # its force begins after the end
         ({"kind": "penalty", "stiffness": 2e9}, "generalised_alpha", 6.3e-6, 0.0),
         ({"kind": "addition_deletion"}, "generalised_alpha", 1e-6, 0.0),  # the last step closes, and ends with the run
         ({"kind": "addition_deletion"}, "generalised_alpha", 5e-6, 3.4e-6),

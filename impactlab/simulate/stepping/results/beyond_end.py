@@ -141,8 +141,8 @@ def _may_be_taken_back(assembly: Assembly, place: int) -> bool:
 def around_end(assembly: Assembly, touches: LateClosings) -> RecordsAround | None:
     """Return the records around the end of a run.
 
-    None where the loop does not go on from there. Faces that are apart at the end stay apart: their touch comes after
-    it.
+    None where the loop does not go on from there. Faces without a force in the last step stay apart: their touch comes
+    after it, or their force does, as in leapfrog that of a touch in this step.
     """
     if assembly.clock.step != assembly.steps or assembly.method.events == "located":  # located steps end with the run
         return None
@@ -156,10 +156,7 @@ def around_end(assembly: Assembly, touches: LateClosings) -> RecordsAround | Non
     for place, (contact, port) in enumerate(zip(other.contacts, other.ports, strict=True)):
         law = assembly.acting.laws[assembly.layout.contacts[place].name]
         touching = law.answers_force and (port.in_contact > 0.0 or contact.force != 0.0 or contact.impulse != 0.0)
-        if contact.joined or (place not in late and touching):
-            continue
-        left, right = other.faces[2 * place], other.faces[2 * place + 1]
-        if place in late or law.hard or contact.initial_gap + right.u - left.u + port.offset >= 0.0:
+        if not contact.joined and (place in late or not touching):
             contact.initial_gap += reach
     own = memory.record[: clock.n_records], memory.sample[: clock.n_samples]
     last_before = not touches.kicks and all(_keeps(rows, 1, clock.time, dt) for rows in own)
