@@ -10,7 +10,6 @@ import numpy as np
 from scipy.special import chdtrc, stdtrit  # as in scipy.stats, which takes half a second to import
 
 from impactlab.fits.bootstrap import Bootstrap, bootstrap
-from impactlab.fits.edges import Closings, change
 from impactlab.fits.identifiable import (
     Identifiability,
     exponential,
@@ -26,12 +25,14 @@ from impactlab.fits.profiles import Profile, profile
 from impactlab.fits.result import BOOTSTRAP, JACOBIAN, PROFILE, WIDENED, Curve, Fit, Fitted, Resamples, Shown
 from impactlab.fits.secants import jumping, secants
 from impactlab.fits.unknowns import Unknown
+from impactlab.numerics.bisection import bisected
 from impactlab.types import Array
 
 CORRELATED = 4.0  # of the standard deviation of an autocorrelation under white noise: beyond it a warning is given
 HUBER = 1.345  # of the noise: residuals beyond count linearly
 ABOVE_NOISE = 1.0e-3  # probability of residuals as large as that under the given noise
 MIN_SPREAD = 1.0e-7  # of the scale of a signal: smaller residuals are rounding of runs, not noise
+HALVINGS = 8  # of the way between two different sequences of contacts
 RESTARTS = 3  # from a better solution that a profile has found
 OF_THE_RISE = 0.5  # of a front, in which its shift may lie for intervals from the derivatives to hold
 AT_BOUND = 1.0e-6  # of the distance between the bounds
@@ -288,17 +289,24 @@ def _is_at_bound(each: Unknown, value: float) -> bool:
     return min(value - each.low, each.high - value) <= AT_BOUND * width
 
 
-def _edge(problem: Problem, solution: Solution, here: Closings, number: int) -> float | None:
-    """Return the nearest value at which the sequence of contacts changes, or None.
-
-    It is the value of a scaled unknown.
-    """
+def _edge(problem: Problem, solution: Solution, here: list[tuple[str, ...]], number: int) -> float | None:
+    """Return the value of an unknown, scaled, at the nearest change of the sequence of contacts; None for no change."""
     low, high = problem.bounds()
     column = solution.seen.known[:, number]
     way = column / math.sqrt(float(column[number])) * solution.reach * solution.widened  # the others follow
     found = []
-    for sign in (-1.0, 1.0):
-        changed = change(problem.closings, here, solution.x, np.clip(solution.x + sign * way, low, high))
-        if changed is not None:
-            found.append((changed.share, float(changed.x[number])))
+    for end in (np.clip(solution.x + sign * way, low, high) for sign in (-1.0, 1.0)):
+        share = _share_to_change(problem, here, solution.x, end)
+        if share is not None:
+            found.append((share, float(solution.x[number] + share * (end - solution.x)[number])))
     return min(found)[1] if found else None
+
+
+def _share_to_change(problem: Problem, here: list[tuple[str, ...]], start: Array, end: Array) -> float | None:
+    """Return the share of the way from a solution to an end at which other contacts close; None where none do.
+
+    The loss may have a kink there. ``here`` are the contacts that close at the solution.
+    """
+    if problem.closings(end) in (None, here):
+        return None
+    return bisected(lambda share: problem.closings(start + share * (end - start)) != here, 0.0, 1.0, HALVINGS)[1]

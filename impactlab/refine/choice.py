@@ -15,7 +15,7 @@ from impactlab.plugins import kind_of
 from impactlab.refine import out_of_reach, search
 from impactlab.refine.convergence import Level, Study
 from impactlab.refine.descriptions.suitable import exact_for
-from impactlab.refine.errors import peak_differences, probe_differences
+from impactlab.refine.errors import not_converged
 from impactlab.refine.errors.level_errors import allowed
 from impactlab.refine.ladder import Outcome, candidate, candidates, longer, not_served, words_of_estimate
 from impactlab.refine.ranking import priority
@@ -83,8 +83,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     choosing = clock.perf_counter() - began - level.run_s
     add_warnings(history)
     history.warnings[:] = map(in_a_choice, history.warnings)
-    history.warnings.extend(probe_differences.warnings(study, level))
-    history.warnings.extend(peak_differences.warnings(study, level, method.tolerance))
+    history.warnings.extend(not_converged.warnings(study, level, method.tolerance))
     history.choice = Choice(
         tolerance=allowed(method),
         method=history.method,

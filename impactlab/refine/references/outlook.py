@@ -20,9 +20,9 @@ from impactlab.scene.problem import Scene
 from impactlab.startup.lazy import lazy
 
 if TYPE_CHECKING:
-    from impactlab.refine.references import converged_cost
+    from impactlab.refine.references import converged as converged_reference
 else:  # with the step loop, which an exact solution does not need
-    converged_cost = lazy("impactlab.refine.references.converged_cost")
+    converged_reference = lazy("impactlab.refine.references.converged")
 
 MAX_RATIO = 10.0  # predicted time of a reference over that of the run, up to which a plain run computes it
 MAX_UNASKED_S = 10.0  # s, predicted time of a reference up to which a plain run computes it, however long the run took
@@ -84,7 +84,7 @@ def reference_s(scene: Scene, method: Method) -> Outlook:
 
 def converged_s(scene: Scene, method: Method) -> Outlook:
     """Return the predicted time of a converged reference [s]."""
-    predicted = converged_cost.predicted_s(scene, method)
+    predicted = converged_reference.predicted_s(scene, method)
     return Outlook("none") if predicted is None else Outlook("converged", predicted)
 
 
