@@ -17,10 +17,7 @@ if TYPE_CHECKING:
 
 
 class Span(NamedTuple):
-    """Linearly independent shapes of a mesh, as columns.
-
-    The rigid motion of a free rod lies in their span.
-    """
+    """Linearly independent shapes of a mesh, as columns; those of a free rod span its rigid motion."""
 
     shapes: Array  # (n_mesh_dof, n)
     uncoupled: bool = False  # they are eigenvectors of the mesh, mass-normalised, rigid motion first

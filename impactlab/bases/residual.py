@@ -78,10 +78,7 @@ class WithResiduals(Completable):
         return np.concatenate((self._basis.project(profile), self._zeros))
 
     def project_uniform(self) -> Array:
-        """Return the momentum of each coordinate at unit velocity, shape (n_dof,).
-
-        That of the modes left out is 0.
-        """
+        """Return the momentum of each coordinate at unit velocity, shape (n_dof,); 0 of modes left out."""
         return np.concatenate((self._basis.project_uniform(), self._zeros))
 
     def grid(self) -> Array:

@@ -35,10 +35,7 @@ class Cell(NamedTuple):
 
 
 class Job(NamedTuple):
-    """The work of one cell, with the scene as first read.
-
-    It was read when the key was taken.
-    """
+    """The work of one cell, with the scene as it was read for its key."""
 
     key: str
     name: str  # of the case

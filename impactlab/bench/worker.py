@@ -42,10 +42,7 @@ MAX_THRICE_S, MAX_TWICE_S = 0.1, 1.0  # of a run that is repeated three times, a
 
 
 def warm_up() -> None:
-    """Run each loop once, so that compiled code is on disk.
-
-    It is needed by several workers afterwards.
-    """
+    """Run each loop once, so that several workers find compiled code on disk."""
     case = case_of("warm_up", "", parse_yaml(WARM_UP))
     for setting in (("solve.events", "dated"), ("solve.events", "located"), ("solve.model", {"kind": "continuous"})):
         driver.run(*case.with_settings([setting]).simulation())

@@ -112,10 +112,7 @@ def numbered(data: Mapping[str, Any], path: str) -> str:
 
 
 def _replaced(keys: Keys, value: Any) -> set[str]:
-    """Return the keys of ``solve`` that a value replaces.
-
-    A tolerance and a description replace each other.
-    """
+    """Return the keys of ``solve`` that a value replaces, as tolerance and description do each other."""
     if keys[0] != "solve":
         return set()
     given = {keys[1]: value} if len(keys) > 1 else value if isinstance(value, dict) else {}
@@ -251,10 +248,7 @@ def _default_block(keys: Keys, holder: dict[str, Any]) -> dict[str, Any]:
 
 
 def _constants(data: Mapping[str, Any], keys: Keys, name: Any) -> dict[str, Any]:
-    """Return the constants of a named material of which one is set.
-
-    They are empty for other blocks.
-    """
+    """Return the constants of a named material of which one is set, else nothing."""
     if "material" not in keys or name not in MATERIALS:
         return {}
     bodies = data.get("bodies")

@@ -73,10 +73,7 @@ def check_rest(case: CaseBlock, body: ElasticBody, gravity: float) -> None:
 
 
 def _strained(body: ElasticBody, side: str, slope: float, path: str, dashpot: str) -> CaseError:
-    """Return the error of a body with strain at an infinite end.
-
-    This is a slope of its displacement.
-    """
+    """Return the error of a body with strain, a slope, at an infinite end."""
     key, given = "displacement", f"strain of {slope:.6g}"
     if body.kind == "shaft":
         key, given = "twist", f"twist of {slope / getattr(body, 'lever_arm', 1.0):.6g} rad/m"

@@ -100,10 +100,7 @@ def _read_inside(value: Any, path: str, group: Group, registry: Registry) -> Any
 
 
 def records_of(field: dataclasses.Field[Any]) -> tuple[type[Any], ...]:
-    """Return the classes of the record in a field.
-
-    They are empty for plain values and for parts.
-    """
+    """Return the classes of the record in a field; none of plain values and parts."""
     found: tuple[type[Any], ...] = field.metadata.get("records", ())
     return found
 

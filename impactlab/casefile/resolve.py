@@ -160,10 +160,7 @@ def _mechanism(mechanism: MechanismBody, case: CaseBlock) -> dict[str, Any]:
 
 
 def _rotation(body: Body) -> dict[str, Any]:
-    """Return the rotation of a body as a case gives it.
-
-    A body at rest has no key.
-    """
+    """Return the rotation of a body as a case gives it; no key for a body at rest."""
     if body.rotation is None:
         return {}
     given = {"rate": body.rotation.rate, "axis_at": body.rotation.axis_at}

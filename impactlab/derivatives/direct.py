@@ -151,17 +151,11 @@ class Direct:
         return total
 
     def speed(self, name: str, time: float, later: float) -> float:
-        """Return the derivative of the speed of a body in a collision.
-
-        It is 0 for a held body.
-        """
+        """Return the derivative of the speed of a body in a collision; 0 if held."""
         return 0.0 if self.scene.bodies[name].is_held else self.velocity(name, time, later)
 
     def velocity(self, name: str, time: float, later: float) -> float:
-        """Return the derivative of the mean velocity of a body; 0 for a wall.
-
-        It is momentum over mass.
-        """
+        """Return the derivative of the mean velocity of a body, momentum over mass; 0 for a wall."""
         if not self.scene.bodies[name].moves:
             return 0.0
         mass = of_mass = 0.0

@@ -255,10 +255,7 @@ def _absent(each: WantedQuantity, value: float) -> str:
 
 
 def _stepped(parameter: Parameter, flat: FlatValues, found: list[list[Difference]]) -> Iterator[Sensitivity]:
-    """Yield the derivatives of a stepped run.
-
-    Its sequence of contacts is known as far as the differences reach.
-    """
+    """Yield the derivatives of a stepped run, its contact sequence known as far as differences reach."""
     flattened = [each for row in found for each in row]
     for (asked_for, label), each in zip(flat.names, flattened, strict=True):
         lower, upper = (parameter.value + side * (each.reach or math.nan) for side in (-1, 1))

@@ -23,10 +23,7 @@ ROUNDING = 1.0e-14  # of a value of a run with tangents
 
 
 class Slopes(NamedTuple):
-    """Derivatives of several values, their errors, and those from either side.
-
-    They are NaN where they are not known.
-    """
+    """Derivatives of several values, their errors, and those from either side; NaN where not known."""
 
     middle: Array
     error: Array

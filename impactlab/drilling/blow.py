@@ -107,10 +107,7 @@ def blow(case: Case | Simulation) -> Blow:
 
 
 def blow_of(history: AbstractHistory) -> Blow:
-    """Return the effect of the blow of a run on the rock.
-
-    Raise and warn as `blow` does.
-    """
+    """Return the effect of the blow of a run on the rock; raise and warn as `blow`."""
     expect(history, AbstractHistory, "Give the history of a run: il.run(case). Of a case, take drilling.blow.")
     laws = history.method.laws
     drill = drill_of(history.scene, laws)

@@ -92,10 +92,7 @@ def first_crossing_of(m: MarchArrays, base: int, c: int, n: int, floor: float) -
 
 @EXACT_INLINE
 def is_unloaded(m: MarchArrays, c: int, force: Array, n: int, no_force: float) -> bool:
-    """Return whether hard faces without mass are in contact without a force.
-
-    Such faces count as open.
-    """
+    """Return whether hard faces without mass touch without a force, and so count as open."""
     contact = m.contacts[c]
     if contact.closed == 0 or contact.stiffness >= 0.0 or m.nodes[contact.left].bare == 0:
         return False

@@ -145,10 +145,7 @@ def solve(
 def marched(
     run: Simulation, layout: NetworkLayout, log: Log, whole: bool, progress: Progress | None, begun: StartedMarch | None
 ) -> ContinuousHistory | ThinnedHistory:
-    """Return the history of a march to the end.
-
-    The other arguments are those of `solve`.
-    """
+    """Return the history of a march to the end, with the arguments of `solve`."""
     scene = run.scene
     thinner: Thinner | None = None
     log.state["most"] = log.state["intervals"] + INTERVALS_PER_CHECK

@@ -66,10 +66,7 @@ def _neighbours(parts: Sequence[Array]) -> float:
 
 
 def _natural(each: Unknown, scaled: float) -> float:
-    """Return the value in SI units of a scaled unknown.
-
-    It may lie outside the bounds or be infinite.
-    """
+    """Return the SI value of a scaled unknown, possibly beyond its bounds or infinite."""
     if each.is_positive:
         return each.start * exponential(scaled)
     return scaled * each.scale

@@ -222,19 +222,13 @@ class Problem:
         return tuple(each.at(values) for each in self.trials)
 
     def means(self, scaled: Array) -> list[AbstractMeans] | None:
-        """Return the signal of each channel from the runs.
-
-        It is None where there is no such run.
-        """
+        """Return the signal of each channel from the runs; None without such a run."""
         values = tuple(self.values(scaled)[: len(self.parameters)])
         found = [each.means(values) for each in self.trials]
         return None if any(each is None for each in found) else [mean for each in found for mean in each or ()]
 
     def closings(self, scaled: Array) -> list[tuple[str, ...]] | None:
-        """Return the contacts that close in each experiment, in order.
-
-        It is None where there is no such run.
-        """
+        """Return the contacts that close in each experiment, in order; None without such a run."""
         values = tuple(self.values(scaled)[: len(self.parameters)])
         found = [each.closings(values) for each in self.trials]
         whole = [each for each in found if each is not None]

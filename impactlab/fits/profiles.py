@@ -97,10 +97,7 @@ def profile(
 
 
 def _slope(jacobian: Array, number: int) -> Array:
-    """Return the changes of all unknowns per change of one, (n,).
-
-    They change the residuals least.
-    """
+    """Return the changes (n,) of unknowns per change of one that least change the residuals."""
     norms = lengths(jacobian)
     others = np.delete(jacobian / norms, number, axis=1)
     found = np.linalg.lstsq(others, -jacobian[:, number], rcond=MIN_SINGULAR)[0] / np.delete(norms, number)

@@ -188,10 +188,7 @@ def triggers(problem: Problem, start: Array) -> list[Array]:
 
 
 def scanned(problem: Problem, start: Array) -> list[tuple[float, Array]]:
-    """Return the remaining squares and the starts of the best trigger times.
-
-    The best comes first.
-    """
+    """Return the remaining squares and the starts of the best trigger times, the best first."""
     means = problem.means(start)
     free = [number for number in range(len(problem.signals)) if problem.place(number, "shift") is not None]
     if means is None or not free:

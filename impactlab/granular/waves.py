@@ -28,10 +28,7 @@ RIPPLE = 0.05  # of the largest force so far: a fall by less does not end a puls
 
 @dataclass(frozen=True, repr=False)
 class LeadingWave:
-    """Largest force of each contact in a row, with its time.
-
-    It is that of the leading wave.
-    """
+    """Largest force of each contact of a row in the leading wave, with its time."""
 
     contacts: tuple[str, ...]
     times: Array  # (contacts,) s

@@ -339,10 +339,7 @@ class AbstractHistory(Views, ABC):
         return [span for _, span in sorted(found, key=lambda numbered: numbered[0])]
 
     def _by_contact(self) -> dict[str, list[tuple[int, ContactSpan]]]:
-        """Return the numbered periods of each contact.
-
-        They are found once, as runs may have thousands of contacts.
-        """
+        """Return the numbered periods of each contact, found once for runs with thousands of contacts."""
         if self._spans is None or self._spans[0] is not self.contacts:
             found: dict[str, list[tuple[int, ContactSpan]]] = {}
             for number, span in enumerate(self.contacts):

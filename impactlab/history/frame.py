@@ -104,10 +104,7 @@ def _group(scene: Scene, names: Sequence[str], held: set[str]) -> Group:
 
 
 def touched_in(history: AbstractHistory) -> frozenset[str]:
-    """Return the names of the contacts that were closed in a run.
-
-    Links are closed from the start.
-    """
+    """Return the names of the contacts, links included, that were closed in a run."""
     return frozenset(span.contact for span in history.contacts).union(history.method.links)
 
 

@@ -49,10 +49,7 @@ class InteractingGroups(NamedTuple):
 
 
 def reach_of(scene: Scene, method: Method) -> InteractingGroups:
-    """Return groups and first arrivals of contacts, kept with the scene.
-
-    Runs of one scene share them.
-    """
+    """Return groups and first arrivals of contacts, which runs of one scene share."""
     # No other fact of a method matters.
     key = "reach", tuple(name for name, model in method.models.items() if model.theory), bool(method.links)
     if key not in scene.derived:

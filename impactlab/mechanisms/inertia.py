@@ -166,10 +166,7 @@ def add_link(
     mass: Array,
     force: Array,
 ) -> float:
-    """Add mass and forces of one link.
-
-    Return the work of its gravity and torque [J].
-    """
+    """Add mass and forces of one link; return the work of its gravity and torque [J]."""
     na, m, first, n = int(P[link + AXIAL]), end.along.size, int(P[link + FIRST]), force.size
     own, own1 = p[first : first + m], v[first : first + m]
     th1, th2, heavy = P[room + TH1], P[room + TH2], P[link + END_MASS]
@@ -235,10 +232,7 @@ def add_link(
 
 @MERGED
 def twist(torque: float, slopes: Array, angle: float, turn: Array, q: Array, at: int, force: Array) -> float:
-    """Add a torque on a section of given slopes.
-
-    Return torque times the angle of the section [J].
-    """
+    """Add a torque on a section of given slopes; return torque times its angle [J]."""
     if torque == 0.0:
         return 0.0
     add(force, torque, turn)

@@ -16,10 +16,7 @@ from impactlab.scene.facts import cut_at
 
 
 def sides_of(rod: WaveBody, x: float) -> tuple[list[Segment], list[Segment]]:
-    """Return the pieces of a rod on both sides of x [m], nearest first.
-
-    The left side comes first.
-    """
+    """Return the pieces of a rod left and right of x [m], nearest first."""
     pieces: list[Segment] = list(cut_at(rod.segments, [x]))
     places = np.cumsum([0.0, *(piece.length for piece in pieces)])
     at = int(np.abs(places - x).argmin())

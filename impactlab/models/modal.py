@@ -98,10 +98,7 @@ class Modal(AbstractRodModel):
             object.__setattr__(self, "citations", (*type(self).citations, "MacNeal1971"))
 
     def _check_analytic(self) -> None:
-        """Raise `CaseError` where an option of the mesh is given without a mesh.
-
-        Analytic modes would ignore it.
-        """
+        """Raise `CaseError` where analytic modes would ignore an option of the mesh."""
         for name, default in (("mass", "consistent"), ("order", 1)):
             if (given := getattr(self, name)) != default:
                 raise CaseError(

@@ -29,10 +29,7 @@ BESIDE = 1e-6  # of the length of the pile: a place just before a soil link
 
 
 class Peak(NamedTuple):
-    """The largest stress along a pile over a blow.
-
-    Compression and tension are both positive.
-    """
+    """The largest stress along a pile over a blow, positive in compression and in tension."""
 
     force: float  # N
     stress: float  # Pa

@@ -23,10 +23,7 @@ PEAK_FALL = 0.1  # of the largest value: the wave falls by more after a peak, by
 
 @dataclass(frozen=True)
 class CaseMethod:
-    """Resistances by the Case method.
-
-    With them are the waves at the head and the energy that passed it.
-    """
+    """Resistances by the Case method, waves at the head, and energy that passed it."""
 
     total: float  # RTL [N], static and dynamic resistance from the first peak
     static: float  # RSP [N], less the damping at the toe, from the first peak

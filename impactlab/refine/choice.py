@@ -104,10 +104,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
 
 
 def _mostly(level: Level) -> str:
-    """Return as text which quantity has the error of a run.
-
-    The text also names the key that leaves it out.
-    """
+    """Return as text the quantity with the error of a run, and the key that leaves it out."""
     if not level.worst:
         return ""
     return f", of the {level.worst}; solve.tolerance_on names the quantities that count"
@@ -130,10 +127,7 @@ def _stepped(request: Simulation) -> Iterator[Study]:
 
 
 def _ladder(tried: list[Outcome], others: Iterable[Study], seconds: float, why: str) -> list[Candidate]:
-    """Return the candidates that were tried and those that were not.
-
-    The reason why the exact solver does not apply is the last.
-    """
+    """Return candidates tried and not tried, last why the exact solver does not apply."""
     beside = [candidate(study, None, "not run", longer(study.seconds, seconds)) for study in others]
     return [*(outcome() for outcome in tried), *beside, *not_served(why)]
 

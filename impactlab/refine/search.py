@@ -122,10 +122,7 @@ def _holds(best: tuple[Study, Level], tolerance: float, failed: list[ImpactlabEr
 
 
 def _succeeds(study: Study, request: Simulation, failed: list[ImpactlabError], progress: Progress | None) -> bool:
-    """Run the next level and return whether it was completed.
-
-    A study whose levels fail is closed.
-    """
+    """Run the next level, or close its study; return whether it was completed."""
     try:
         _tried(study, request, progress)
     except StepError as error:
@@ -184,10 +181,7 @@ def _tried(study: Study, request: Simulation, progress: Progress | None) -> None
 
 
 def show_order(study: Study, request: Simulation) -> None:
-    """Run a third, coarser level to show the order of convergence.
-
-    Errors are then estimated by it.
-    """
+    """Run a third, coarser level to show the order of convergence, and estimate errors by it."""
     if len(study.levels) != 2 or not study.description.unit:
         return
     below = study.description.coarser(study.levels[0].fineness)[1]

@@ -35,10 +35,7 @@ def in_turn(request: Simulation, served: tuple[Description | None, str] | None =
 
 
 def begun(description: Description, error: float) -> Study:
-    """Return a study with its first fineness for an error.
-
-    The fineness wanted is noted.
-    """
+    """Return a study with its first fineness, and the one wanted, for an error."""
     if not description.unit:
         return Study(description, 0)
     start = description.start_for(error)

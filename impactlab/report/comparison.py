@@ -17,10 +17,7 @@ from impactlab.report.summary import SCHEMA_VERSION, has_numbers
 def comparison(
     case_name: str, reference_name: str | None, rows: Iterable[tuple[str, Mapping[str, Any]]]
 ) -> dict[str, Any]:
-    """Return several summaries of one case side by side, for JSON.
-
-    Failed rows stay in it.
-    """
+    """Return summaries of one case side by side, failed rows included, for JSON."""
     return {
         "schema_version": SCHEMA_VERSION,
         "case": case_name,
@@ -107,10 +104,7 @@ def _table_row(name: str, summary: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def model_label(model: Mapping[str, Any]) -> str:
-    """Return a short label of a model.
-
-    ``modal 100/40`` is 40 modes of a mesh of 100 elements.
-    """
+    """Return a short label of a model: ``modal 100/40`` is 40 modes of 100 elements."""
     sizes = [str(model[key]) for key in ("elements", "modes") if model.get(key) is not None]
     return f"{model['kind']} {'/'.join(sizes)}".strip()
 

@@ -201,10 +201,7 @@ def verdict_text(document: Mapping[str, Any]) -> str:
 
 
 def tree_text(tree: Any, indent: int = 0, derived: bool = False) -> str:
-    """Return nested plain values as indented text, like a case file.
-
-    Derived values have their units.
-    """
+    """Return nested plain values, derived ones with units, as indented text."""
     pad = "  " * indent
     lines = []
     for key, value in tree.items():

@@ -106,10 +106,7 @@ def write_page(
 
 
 def _write_sources(folder: Path, provenance: Provenance) -> list[tuple[str, str]]:
-    """Write the case and its sources into a folder.
-
-    Return the names and contents of these files.
-    """
+    """Write the case and its sources into a folder; return the files' names and contents."""
     written = []
     for name, content, text in (
         ("case.yaml", "the case as it was run", provenance.case_yaml),
@@ -154,10 +151,7 @@ def write_study(file: Path, package: str, scene: Scene, origin: Provenance, **va
 
 
 def rendered(package: str, template: str, **values: Any) -> str:
-    """Return a page from a template of a package.
-
-    Its includes stand in that package or in this one.
-    """
+    """Return a page from a template of a package, with includes from there or here."""
     from jinja2 import Environment, FunctionLoader, StrictUndefined
     from markupsafe import Markup
 

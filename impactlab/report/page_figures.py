@@ -177,10 +177,7 @@ def _on_pieces(contact: NamedContact) -> str:
 
 
 def fields_at_snapshots(shown: Sequence[Trace], scene: Scene, words: str) -> list[PageFigure]:
-    """Return figures of the load along elastic bodies at snapshots.
-
-    There are none where the case has no snapshots.
-    """
+    """Return figures of the load along elastic bodies at the snapshots of a case."""
     figures = []
     for number, (name, body) in enumerate(scene.elastic.items() if scene.snapshots else ()):
         load = fields.load_of(body)
@@ -220,10 +217,7 @@ def row_forces(history: AbstractHistory) -> list[PageFigure]:
 
 
 def force_notes(comparison: Mapping[str, Any], several: bool) -> dict[str, str]:
-    """Return the text above the panel of each method.
-
-    It is its error of the force away from jumps.
-    """
+    """Return text above each method's panel: its error of the force away from jumps."""
     words, notes = "off jumps, worst contact" if several else "off jumps", {}
     for row in comparison["rows"]:
         error = (row["summary"].get("errors") or {}).get("force_away_from_jumps")

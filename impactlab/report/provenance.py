@@ -12,10 +12,7 @@ from impactlab.cite import cite
 
 
 class Provenance(NamedTuple):
-    """Where a result comes from, as texts.
-
-    They are those of a case, or those that a file kept.
-    """
+    """Where a result comes from, as texts of a case or of a file."""
 
     title: str = ""
     source: str = ""

@@ -176,10 +176,7 @@ def _odd_specimen(contact: Contact, scene: Scene, law: Any) -> Iterator[str]:
 
 
 def odd_laws(scene: Scene, laws: Mapping[str, Any]) -> Iterator[str]:
-    """Yield sentences on values beyond those of any soil or specimen.
-
-    There is one for each group of links.
-    """
+    """Yield a sentence per group of links on values beyond those of soil or specimens."""
     said: set[str] = set()
     for contact in scene.contacts:
         if hasattr(laws[contact.name], "first_yield"):

@@ -51,10 +51,7 @@ class AxisEntries(NamedTuple):
 
 
 def numbers_of(case: Case) -> marcher.Built:
-    """Return pattern, vector and network of a case.
-
-    Raise `NotServed`, or the errors of the case.
-    """
+    """Return pattern, vector and network of a case; raise `NotServed`, or its errors."""
     run = case.simulation()
     if run.method.tolerance is not None or not is_exact(*run) or any(theories(*run)):
         raise NotServed("the runs are not exact: some rods are not continuous, or some laws have no exact solution")
@@ -101,10 +98,7 @@ def on_axis(case: Case, axis: Axis, others: Mapping[str, Any], base: marcher.Bui
 
 
 def over_all(case: Case, grid: Points, base: marcher.Built) -> points.Numbers:
-    """Return the numbers of all points of a sweep.
-
-    Raise `NotServed` where two axes change one number.
-    """
+    """Return the numbers of all points; raise `NotServed` where axes share a number."""
     axes = [on_axis(case, axis, grid.settings(0), base) for axis in grid.axes]
     entries = [entry for axis in axes for entry in axis.entries]
     if len(set(entries)) < len(entries):

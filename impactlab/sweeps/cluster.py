@@ -91,10 +91,7 @@ def connected(address: str, made: Sweep, plugins: Mapping[str, str]) -> Iterator
 
 @contextlib.contextmanager
 def _local(count: int) -> Iterator[LocalCluster]:
-    """Yield a cluster of processes on the loopback address.
-
-    None of them writes results to disk.
-    """
+    """Yield a cluster of processes on the loopback address, with results in memory."""
     import dask
     from distributed import LocalCluster
 
@@ -273,10 +270,7 @@ class Cluster:
         return self.client.submit(function, self.whole, self.expected, *job, pure=False, **only)
 
     def _outcome(self, job: Job, future: Future, limit: float) -> JobOutcome:
-        """Return the outcome of a job that ended or was too slow.
-
-        Its result is released.
-        """
+        """Return the outcome of a job that ended or was too slow; release its result."""
         from distributed import KilledWorker
 
         if not future.done():

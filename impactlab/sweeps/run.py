@@ -267,10 +267,7 @@ def write(folder: Folder, found: xarray.Dataset, made: Sweep, command: str, repe
 
 @contextlib.contextmanager
 def kept_in(path: Path) -> Iterator[None]:
-    """Turn a fault of the folder of a sweep into `SweepError`.
-
-    Such a fault is a full disk.
-    """
+    """Turn a fault of the folder of a sweep, as a full disk, into `SweepError`."""
     try:
         yield
     except OSError as error:

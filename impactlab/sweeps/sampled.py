@@ -31,10 +31,7 @@ class Sampled(NamedTuple):
 
 
 class Extreme(NamedTuple):
-    """The largest or the least value of a channel as a quantity.
-
-    It is written as ``max(strain:rod@0.15)``.
-    """
+    """The largest or least value of a channel as a quantity, as ``max(strain:rod@0.15)``."""
 
     of: str  # max or min
     channel: str
@@ -57,10 +54,7 @@ def extreme_in(name: str) -> Extreme | None:
 
 
 def is_sampled(name: str) -> bool:
-    """Return whether a quantity is a channel at given times.
-
-    It then has the name of the channel.
-    """
+    """Return whether the name of a quantity is that of a channel at given times."""
     return ":" in name and extreme_in(name) is None
 
 

@@ -48,10 +48,7 @@ class Follower:
         return short if until.rises else -short
 
     def move(self, start: float, end: float, rate: float) -> None:
-        """Follow the faces from one approach to another [m].
-
-        The rate [m/s] has the same sign.
-        """
+        """Follow the faces between approaches [m] at a rate [m/s] of that sign."""
         at = start
         for _ in range(MAX_CHANGES):
             found: tuple[float, Until] | None = None

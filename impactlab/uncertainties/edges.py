@@ -29,10 +29,7 @@ Contacts = list[tuple[str, str]] | None
 
 
 class Edge(NamedTuple):
-    """A value of an uncertain number at which the sequence of contacts changes.
-
-    All others are at their means.
-    """
+    """A value of an uncertain number, others at their means, that changes the sequence of contacts."""
 
     number: Uncertain
     value: float

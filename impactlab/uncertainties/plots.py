@@ -169,10 +169,7 @@ def plot_counts(shares: Sequence[Share]) -> Figure:
 
 @drawn
 def plot_indices(found: Sequence[Index]) -> Figure:
-    """Return a figure of first and total indices with their intervals.
-
-    Diamonds are those of the linear estimate.
-    """
+    """Return a figure of Sobol indices with intervals; diamonds are linear estimates."""
     names = list(dict.fromkeys((each.quantity, each.label) for each in found))[:MAX_PANELS]
     paths = list(dict.fromkeys(each.parameter for each in found))
     left = 0.3 + 0.078 * max(map(len, paths))

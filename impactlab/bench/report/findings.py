@@ -21,10 +21,7 @@ MAX_NAMED = 3  # methods that a sentence names
 
 
 def findings(scenes: Sequence[SceneRows]) -> list[str]:
-    """Return the findings on the fastest methods, one sentence for each.
-
-    Runs that were not timed name none.
-    """
+    """Return a sentence on each of the fastest methods among runs that were timed."""
     found = [_exact(scenes), *(_at(scenes, tolerance) for tolerance in TOLERANCES), _steady(scenes)]
     return [*filter(None, found), *choice_words(scenes)]
 

@@ -166,10 +166,7 @@ def drift(rows: Sequence[Row]) -> Sheet:
 
 
 def _changes(row: Row | None) -> str:
-    """Return a run's largest gain and loss, relative, or its status.
-
-    They are over its reference energy.
-    """
+    """Return a run's largest gain and loss over its reference energy, or its status."""
     if row is None or not row.completed:
         return "" if row is None else row.status
     return f"{row.energy_gain or 0.0:.1e}, {row.energy_loss or 0.0:.1e}"

@@ -93,10 +93,7 @@ class RodBlock(CrossSection, MovingBlock):
         return Rod(name, pieces, left, right, self.velocity, self.profile, damping=self.rayleigh, rotation=rotation)
 
     def _check_width(self, path: str) -> None:
-        """Raise `CaseError` where a section is too wide for the rod's length.
-
-        A unit was probably left out.
-        """
+        """Raise `CaseError` where a section is too wide for the rod, as without its unit."""
         length = sum(piece.length for piece in self.pieces)
         for number, piece in enumerate(self.pieces):
             for key in ("diameter", "width", "height"):

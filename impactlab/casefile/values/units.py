@@ -126,10 +126,7 @@ def _pint_text(unit: str) -> str:
 
 @cache
 def _factor(given: str, wanted: str) -> float | str:
-    """Return the factor from one unit to another.
-
-    If it cannot be found, return a text with the reason.
-    """
+    """Return the factor from one unit to another, or the reason why there is none."""
     if (usual := usual_factor(given, wanted)) is not None:
         return usual
     units = _units()

@@ -48,10 +48,7 @@ def flight_time(m: MarchArrays, q: Pattern, p: Array, c: int) -> float:
 
 @EXACT_PART
 def from_loads(m: MarchArrays, q: Pattern, node: int) -> float:
-    """Return when forces on the ends of its body reach a node [s].
-
-    It is inf without any.
-    """
+    """Return when forces on the ends of its body reach a node [s]; inf without any."""
     first = np.inf
     for n in range(len(m.nodes)):
         if m.nodes[n].end_force != 0.0 and q.nodes[n].kind != FIXED and q.nodes[n].body == q.nodes[node].body:

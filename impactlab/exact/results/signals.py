@@ -199,10 +199,7 @@ class AbstractSignals(ABC, Generic[Of]):
         return self._signal(j, nodes + node - first)
 
     def wave(self, end: int) -> Of:
-        """Return the wave emitted by an end [m/s].
-
-        It begins one transit before t = 0.
-        """
+        """Return the wave emitted by an end [m/s], from one transit before t = 0 on."""
         j = self._of_ends[end]
         nodes, _, _, first, _ = self._junctions[j]
         return self._signal(j, 2 * nodes + end - first)

@@ -167,10 +167,7 @@ def check_hard(scene: Scene, number: int, opens: bool) -> None:
 
 
 def first_gap(scene: Scene, number: int) -> tuple[float, float]:
-    """Return the gap at t = 0 and its rounding [m].
-
-    Initial displacements are included.
-    """
+    """Return the gap at t = 0, with initial displacements, and its rounding [m]."""
     contact = scene.contacts[number]
     gap, size = contact.gap, 0.0
     for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):

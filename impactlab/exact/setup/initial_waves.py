@@ -56,10 +56,7 @@ def points(n: int) -> Array:
 
 
 def resolved(shape: Profile, a: float, b: float, scale: float) -> Array | None:
-    """Return the Chebyshev coefficients of a profile on [a, b].
-
-    None where POINTS of them do not represent it.
-    """
+    """Return the Chebyshev coefficients of a profile on [a, b]; None if POINTS are too few."""
     x = np.clip(0.5 * (a + b) + 0.5 * (b - a) * points(POINTS), a, b)
     series = coefficients(np.asarray(shape(x), dtype=float))
     # The points do not reach the ends, where a kink could hide.

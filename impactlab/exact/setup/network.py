@@ -152,10 +152,7 @@ def empty_log(junctions: int, nodes: int, ends: int, contacts: int, rows: int) -
 
 
 def with_room(log: Log, pieces: int, pool: int, events: int) -> Log:
-    """Return the log with room for pieces per junction, coefficients and events.
-
-    Room is added where it has less.
-    """
+    """Return a log with room, more where it has less, for pieces, coefficients and events."""
     memory: dict[str, Any] = {}
     named: dict[str, Any] = {}
     count, old = log.pieces.shape

@@ -71,10 +71,7 @@ def fronts(m: MarchArrays, d: TangentArrays, j: int, t0: float) -> int:
 
 @EXACT_PART
 def arriving(m: MarchArrays, d: TangentArrays, q: int, j: int, t0: float, t1: float) -> int:
-    """Write the tangents of arriving waves; return their number of coefficients.
-
-    They arrive on [t0, t1].
-    """
+    """Write the tangents of waves arriving on [t0, t1]; return their number of coefficients."""
     state, junction = m.state[0], m.junctions[j]
     room = len(m.pieces) // len(m.junctions)
     longest = 1

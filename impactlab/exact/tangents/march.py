@@ -192,10 +192,7 @@ def tried(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> tuple[int, 
 
 @EXACT_PART
 def interval(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> int:
-    """Advance junction j and its tangents to the next break or event.
-
-    Return a status, as `march.interval`.
-    """
+    """Advance junction j and its tangents to the next break or event; return a status as `march.interval`."""
     state, junction = m.state[0], m.junctions[j]
     t0 = junction.clock
     n, t1 = tried(m, d, j, until)

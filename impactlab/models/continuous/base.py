@@ -94,10 +94,7 @@ class AbstractSelfStepping(AbstractDiscreteModel):
 
     @abstractmethod
     def stepper(self, ports: Array, dt: float) -> Stepper:
-        """Return the stepper for steps of dt [s].
-
-        ``ports`` are the rows along which contacts push.
-        """
+        """Return the stepper for steps of dt [s], pushed along the rows ``ports``."""
 
 
 def numbers_of_steps(least: float) -> Ints:

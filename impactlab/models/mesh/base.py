@@ -159,10 +159,7 @@ class AbstractMesh(AbstractDiscreteModel):
         )
 
     def at_ends(self, kind: str) -> Array:
-        """Return masses, dashpots or springs of the ends on the coordinates of all nodes.
-
-        Held nodes are included.
-        """
+        """Return masses, dashpots or springs of the ends on all nodes, held ones included."""
         per = len(self.motions)
         values = np.zeros(per * (self.ends[1][0] + 1))
         for node, end in self.ends:

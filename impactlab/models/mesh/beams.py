@@ -272,10 +272,7 @@ class BeamMesh(AbstractMesh):
         return moved if self.beam.softening else whole - moved
 
     def _assembled(self) -> tuple[Array, Array, Array, Array]:
-        """Return mass, damping, stiffness and softening mass of all nodes, (4, 2 n_nodes) each.
-
-        Ends are included.
-        """
+        """Return mass, damping, stiffness and softening mass of all nodes and ends, (4, 2 n_nodes) each."""
         n, beam = 2 * len(self.nodes), self.beam
         mass, damping, stiffness, softened = np.zeros((4, n)), np.zeros((4, n)), np.zeros((4, n)), np.zeros((4, n))
         self._elastic = np.zeros((len(self.lengths), 4, 4))  # stiffness of each element

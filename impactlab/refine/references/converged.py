@@ -112,10 +112,7 @@ def _converged(request: Simulation, budget: float) -> Reference | None:
 
 
 def descriptions_of(request: Simulation) -> Iterator[Description]:
-    """Yield the descriptions that references use, the best first.
-
-    There are none where the physics has no unique solution.
-    """
+    """Yield the descriptions that references use, the best first; none without a unique solution."""
     beams = beams_of(request.scene)
     if beams and not changes(request.scene) and has_unique_solution(request):
         continuous = beam_descriptions.continuous(request)
@@ -128,10 +125,7 @@ def descriptions_of(request: Simulation) -> Iterator[Description]:
 
 
 def least_s(description: Description) -> float:
-    """Return the predicted solving time of the first three levels [s].
-
-    An error estimate needs at least three.
-    """
+    """Return the predicted time of the first three levels, which an estimate needs [s]."""
     levels = MIN_FINENESS, round(RATIO * MIN_FINENESS), round(RATIO * round(RATIO * MIN_FINENESS))
     return sum(description.seconds(description.per_level * level) for level in levels)
 
@@ -178,10 +172,7 @@ def refine(
 
 
 def target(next_s: float, alone: bool = False) -> float:
-    """Return the uncertainty at which refining ends.
-
-    It depends on the predicted time of solving the next level [s].
-    """
+    """Return the uncertainty at which refining ends, by the predicted time of the next level [s]."""
     if next_s <= MAX_CHEAP_LEVEL_S:
         return MIN_UNCERTAINTY
     if next_s <= MIN_COSTLY_LEVEL_S:
@@ -239,10 +230,7 @@ def differences(coarse: AbstractHistory, fine: AbstractHistory) -> dict[str, flo
 
 
 def predicted_s(scene: Scene, method: Method) -> float | None:
-    """Return the predicted time of a converged reference [s].
-
-    None where none would converge within the budget.
-    """
+    """Return the predicted time of a converged reference [s]; None for none within the budget."""
     request = _request(scene, method)
     found = list(descriptions_of(request))
     if not found or all(least_s(each) > FIRST_SHARE * FULL_BUDGET_S for each in found):

@@ -161,10 +161,7 @@ def pile_head(head: Head, scene: Scene) -> Figure:
 
 
 def by_gauges(history: AbstractHistory, incident: str, transmission: str, law: Specimen) -> hopkinson.Curve | None:
-    """Return the curve of two bars' probes by three-wave analysis.
-
-    None where they are no such bars.
-    """
+    """Return the curve of two bars' probes by three-wave analysis; None for other bars."""
     diameter = float(np.sqrt(4.0 * law.area / np.pi))
     with suppress(ImpactlabError), warnings.catch_warnings():
         warnings.simplefilter("ignore", RunWarning)  # the caption has the end of the curve

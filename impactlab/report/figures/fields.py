@@ -83,10 +83,7 @@ def snapshots(traces: Sequence[Trace], scene: Scene, body: str) -> Figure:
 def _row_scales(
     axis: Axes, traces: Sequence[Trace], bases: Sequence[float], extent: tuple[float, float], top: float
 ) -> None:
-    """Label zero and one round value of each row; name the rows.
-
-    Labels are at the left.
-    """
+    """Label zero and a round value of each row at the left; name the rows."""
     largest = max(extent, key=abs) or 1.0
     leading = 10.0 ** math.floor(math.log10(abs(largest)))
     tick = math.copysign(max(n for n in (1, 2, 4, 5, 6, 8) if n * leading <= abs(largest) * 1.0001) * leading, largest)

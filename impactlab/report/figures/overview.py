@@ -150,10 +150,7 @@ def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Fig
 
 
 def _dots(axis: Axes, values: Sequence[float | None], colours: Sequence[str], low: float, high: float) -> None:
-    """Draw one panel of `errors`: a dot per method.
-
-    The best stands in bold.
-    """
+    """Draw one panel of `errors`: a dot per method, the best in bold."""
     axis.set_xscale("log")
     axis.set_xlim(low / 1.6, high)
     axis.set_ylim(len(values) - 0.4, -0.6)

@@ -121,10 +121,7 @@ class Body(ABC):
 
     @property
     def ground_drives(self) -> tuple[tuple[str, str], ...]:
-        """Links turned by a ground drive past the links before them.
-
-        Each comes with the link before it.
-        """
+        """Links turned by a ground drive past the links before them, each with the previous one."""
         return ()
 
     @property
@@ -134,10 +131,7 @@ class Body(ABC):
 
     @property
     def end_force(self) -> float:
-        """Sum of the constant forces on both ends [N].
-
-        They act along +x, on a beam along +u.
-        """
+        """Sum of the constant forces on both ends [N], along +x, on a beam along +u."""
         return 0.0
 
     @property
@@ -146,10 +140,7 @@ class Body(ABC):
         return tuple([(x, end.load) for x, end in self.ends if end.load is not None])
 
     def is_driven(self, x: float) -> bool:
-        """Return whether the motion of a place follows from drives alone.
-
-        No force there can change it.
-        """
+        """Return whether drives alone move a place, so that no force there can."""
         return False
 
     @property

@@ -52,10 +52,7 @@ class Link:
 
 
 class Mark(NamedTuple):
-    """A place of a link with a direction fixed in space.
-
-    A contact or a probe follows it.
-    """
+    """A place of a link, with a direction in space, that a contact or probe follows."""
 
     link: int
     x: float  # m along the link

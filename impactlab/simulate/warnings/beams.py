@@ -51,10 +51,7 @@ def _shortest(history: AbstractRecordedHistory, name: str) -> tuple[str, float]:
 
 
 def _singular(contact: Contact, beams: Sequence[Body], spans: Sequence[ContactSpan]) -> Iterator[Warned]:
-    """Yield a warning of a hard contact on an Euler-Bernoulli beam.
-
-    Its force starts without bound, as t^-1/2.
-    """
+    """Yield a warning of hard contact on an Euler-Bernoulli beam: force as t^-1/2 at first."""
     if not any(beam.unbounded_first_force for beam in beams):
         return
     peak = max((span.peak_force or 0.0 for span in spans), default=0.0)

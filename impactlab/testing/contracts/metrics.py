@@ -94,10 +94,7 @@ class QuantityContract:
     part: ClassVar[Callable[[Scene, AbstractHistory], Any]]
 
     def found(self, scene: Scene, history: AbstractHistory) -> dict[str, float]:
-        """Return the values by label.
-
-        A quantity of the whole run has an empty label.
-        """
+        """Return the values by label, which is empty for a quantity of the whole run."""
         value = type(self).part(scene, history)
         return dict(value) if isinstance(value, Mapping) else {"": value}
 
