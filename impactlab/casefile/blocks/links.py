@@ -33,6 +33,10 @@ class LinkBlock(Block):
 
     quantities: ClassVar[tuple[str, ...]] = ()
 
+    def described(self, link: Any) -> dict[str, Any]:
+        """Return the block of a link in SI."""
+        return {"kind": "link", "length": link.length, "mass": link.mass, "inertia": link.inertia}
+
     @property
     def total_length(self) -> float:
         """Its length [m]."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from impactlab.casefile.blocks.rotation import RotationBlock, rotation_of
-from impactlab.casefile.blocks.shared import PIECES, Area, Block, Length, Material, MovingBlock
+from impactlab.casefile.blocks.shared import PIECES, Area, Block, Length, Material, MovingBlock, material_values
 from impactlab.casefile.text.words import listed
 from impactlab.casefile.values.fields import END
 from impactlab.casefile.values.materials import NAMED
@@ -91,6 +91,9 @@ class RodBlock(CrossSection, MovingBlock):
         left, right = bounded(self.ends.left, pieces[0]), bounded(self.ends.right, pieces[-1])
         rotation = rotation_of(self.rotation, "rod", f"bodies.{name}")
         return Rod(name, pieces, left, right, self.velocity, self.profile, damping=self.rayleigh, rotation=rotation)
+
+    def described_piece(self, _piece: SegmentBlock, segment: Segment) -> dict[str, Any]:
+        return {"length": segment.length, "area": segment.area, "material": material_values(segment)}
 
     def _check_width(self, path: str) -> None:
         """Raise `CaseError` where a section is too wide for the rod, as without its unit."""
