@@ -1,7 +1,4 @@
-"""Edges of the contact sequence in an uncertain number, by bisection of runs.
-
-They lie within the spread of the number.
-"""
+"""Edges of the contact sequence within the spread of an uncertain number, by bisection of runs."""
 
 from __future__ import annotations
 
