@@ -1,7 +1,4 @@
-"""The cells of a bench: method, scene and settings of each row.
-
-Each cell has the key of its row.
-"""
+"""The cells of a bench: method, scene, settings and key of each row."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The grid: families of methods, each with levels from coarse to fine.
-
-A grid is data, a YAML file.
-"""
+"""The grid, a YAML file: families of methods, each with levels from coarse to fine."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""One row: a case run once, with summary and status.
-
-An error of any part is a row, too.
-"""
+"""One row: a case run once, with summary and status, or the error of a part."""
 
 from __future__ import annotations
 

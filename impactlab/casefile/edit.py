@@ -1,7 +1,4 @@
-"""Changes of case values by dotted path.
-
-They serve ``--set``, ``with_``, the ``methods`` and the ``variants`` of a case.
-"""
+"""Changes of case values by dotted path, for ``--set``, ``with_``, ``methods`` and ``variants``."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Checks of bodies with an infinite end at t = 0.
-
-They must rest, be unstrained at that end, and have no weight.
-"""
+"""Checks of bodies with an infinite end at t = 0: at rest, unstrained there, and without weight."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Keys of the blocks that are given in Python.
-
-Unknown ones are refused as the block is made.
-"""
+"""Keys of blocks given in Python; unknown ones are refused as a block is made."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The case format, version 1: the allowed keys and their units.
-
-Parts are read separately, by their own fields.
-"""
+"""The case format, version 1: the allowed keys and their units, without those of parts."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Central differences of sixth order, and one-sided differences beside them.
-
-They give derivatives of several values by one number.
-"""
+"""Derivatives of several values by one number: central differences of sixth order, and one-sided ones."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""One blow of a percussive drill: work, efficiency, penetration and remaining energy.
-
-The work is that on the rock.
-"""
+"""One blow of a percussive drill: work on the rock, efficiency, penetration and remaining energy."""
 
 from __future__ import annotations
 

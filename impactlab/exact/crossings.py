@@ -1,7 +1,4 @@
-"""Event detection of a junction: first downward zero crossings in an interval.
-
-Crossings are those of forces or gaps; the code is compiled.
-"""
+"""Event detection of a junction, compiled: first downward zero crossings of forces or gaps in an interval."""
 
 from __future__ import annotations
 

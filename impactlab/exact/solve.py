@@ -1,7 +1,4 @@
-"""Exact solution of rods, masses and walls: d'Alembert waves, Chebyshev pieces.
-
-It goes from event to event.
-"""
+"""Exact solution of rods, masses and walls from event to event: d'Alembert waves, Chebyshev pieces."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Bootstrap of a fit by blocks of residuals.
-
-Blocks are drawn again, and each set of residuals is fitted from the solution.
-"""
+"""Bootstrap of a fit: blocks of residuals are drawn again, and each set is fitted from the solution."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Low-pass filters of residuals, for the search and for limited bandwidth.
-
-The bandwidth is that of an instrument.
-"""
+"""Low-pass filters of residuals, for the search and for instruments of limited bandwidth."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Solution of a fit: scan of trigger times, then least squares.
-
-Least squares go from a strong low-pass filter to none.
-"""
+"""Solution of a fit: scan of trigger times, then least squares from a strong low-pass filter to none."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Waves at the faces of a specimen from one gauge on each bar.
-
-Doubtful signals give warnings.
-"""
+"""Waves at the faces of a specimen from one gauge on each bar, with warnings of doubtful signals."""
 
 from __future__ import annotations
 

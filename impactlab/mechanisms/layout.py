@@ -1,7 +1,4 @@
-"""Layout of the numbers of a chain, as compiled views.
-
-They are constants of a link, and the work of one link at a time.
-"""
+"""Layout of the numbers of a chain, constants and the work of one link, as compiled views."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""A mechanism in coordinates, with its readings as entries of its state.
-
-Rows of contacts and probes are then constant.
-"""
+"""A mechanism in coordinates, with its readings as entries of its state, so that rows are constant."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Static shapes of held rods and beams under a force at one place.
-
-They are given per displacement at that place.
-"""
+"""Static shapes of held rods and beams under a force at one place, per displacement there."""
 
 from __future__ import annotations
 

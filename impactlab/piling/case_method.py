@@ -1,7 +1,4 @@
-"""Case method: resistance of a pile by the two waves at its head.
-
-The waves follow from force and velocity there.
-"""
+"""Case method: resistance of a pile by the two waves from force and velocity at its head."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Driving blow after blow, with residual forces.
-
-Each blow begins at the static rest that the one before left.
-"""
+"""Driving blow after blow, each from the static rest, with residual forces, that the one before left."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Signal matching: soil of a pile from measured force and velocity.
-
-Both are measured at its head.
-"""
+"""Signal matching: soil of a pile from force and velocity measured at its head."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""A pile under a measured head force: the case without its hammer.
-
-It gives the numbers of its soil by name.
-"""
+"""A pile under a measured head force: the case without its hammer, and names of its soil's numbers."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Static rest of a pile in its soil, by Newton steps with line search.
-
-It is the minimum of a convex energy.
-"""
+"""Static rest of a pile in its soil, the minimum of a convex energy, by Newton steps with line search."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The search for the cheapest run within a tolerance.
-
-Trials become finer and finer within a budget of time.
-"""
+"""The search for the cheapest run within a tolerance, by ever finer trials within a budget of time."""
 
 from __future__ import annotations
 

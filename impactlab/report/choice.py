@@ -1,7 +1,4 @@
-"""The automatic choice as summary lines, and as `impactlab choose` document.
-
-Lines are for people, the document is for scripts.
-"""
+"""The automatic choice as summary lines for people, and as `impactlab choose` document for scripts."""
 
 from __future__ import annotations
 

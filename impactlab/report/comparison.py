@@ -1,7 +1,4 @@
-"""Several runs of one case side by side, as document and table.
-
-``--json`` prints the document; the table is plain text.
-"""
+"""Several runs of one case side by side, as the document of ``--json`` and as a table of plain text."""
 
 from __future__ import annotations
 

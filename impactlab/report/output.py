@@ -1,7 +1,4 @@
-"""Output folders, written under a temporary name and renamed.
-
-A reader sees all files or none.
-"""
+"""Output folders, written under a temporary name and renamed: a reader sees all files or none."""
 
 from __future__ import annotations
 

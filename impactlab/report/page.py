@@ -1,7 +1,4 @@
-"""The page of a run or a comparison: one HTML file.
-
-It needs no other file, on the screen or on paper.
-"""
+"""The page of a run or a comparison: one HTML file that needs no other."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The data of a page: JSON with arrays in one packed text.
-
-The script of the page draws them.
-"""
+"""The data that the script of a page draws: JSON with arrays in one packed text."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Axes of a sweep: paths of the case with their checked values.
-
-They are read and checked before the first run.
-"""
+"""Axes of a sweep: paths of the case with their values, read and checked before the first run."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Axes of a sweep as entries of the vector of numbers of exact runs.
-
-A batch marches these vectors.
-"""
+"""Axes of a sweep as entries of the vectors of numbers that a batch of exact runs marches."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Sweeps: all points of a case, in this process or in several.
-
-An interrupted sweep is continued.
-"""
+"""Sweeps: all points of a case, in this process or in several, continued after an interruption."""
 
 from __future__ import annotations
 

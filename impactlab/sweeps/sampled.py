@@ -1,7 +1,4 @@
-"""Channels as quantities of a sweep, at given times or by their extremes.
-
-They are checked before the first run.
-"""
+"""Channels, at given times or by their extremes, as quantities of a sweep, checked before the first run."""
 
 from __future__ import annotations
 

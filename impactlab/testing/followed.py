@@ -1,7 +1,4 @@
-"""A table of branches followed along a given motion, in plain Python.
-
-It checks the `branches` of a law.
-"""
+"""A table of branches, the `branches` of a law, followed along a given motion in plain Python."""
 
 from __future__ import annotations
 

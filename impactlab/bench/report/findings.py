@@ -1,7 +1,4 @@
-"""The findings of a table in sentences.
-
-They are the fastest methods, and the uncertainty of references and times.
-"""
+"""The findings of a table in sentences: fastest methods, uncertainty of references and times."""
 
 from __future__ import annotations
 

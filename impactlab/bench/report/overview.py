@@ -1,7 +1,4 @@
-"""Figures over all scenes: performance profiles, and a map of times.
-
-The map is of times to a tolerance by method and scene.
-"""
+"""Figures over all scenes: performance profiles, and a map of times to a tolerance by method and scene."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Ranking of methods by scenes within a tolerance, and by time.
-
-The time is relative to the fastest method in the same scene.
-"""
+"""Ranking of methods by scenes within a tolerance, and by time over that of the fastest there."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The tables of one scene: fronts, methods, and unfinished runs.
-
-Unfinished runs have no result, and are listed with their reasons.
-"""
+"""The tables of one scene: fronts, methods, and unfinished runs with their reasons."""
 
 from __future__ import annotations
 

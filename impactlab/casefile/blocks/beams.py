@@ -1,7 +1,4 @@
-"""The block of a beam with its cross section, and the resulting beam.
-
-The section gives area, second moment and shear stiffness.
-"""
+"""The block of a beam with its cross section (area, second moment, shear stiffness), and the resulting beam."""
 
 from __future__ import annotations
 

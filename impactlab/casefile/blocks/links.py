@@ -1,7 +1,4 @@
-"""The blocks of mechanisms: links, hinges, drives and ends.
-
-The direction of a contact on a mechanism is read here, too.
-"""
+"""The blocks of mechanisms: links, hinges, drives and ends, and directions of contacts on them."""
 
 from __future__ import annotations
 

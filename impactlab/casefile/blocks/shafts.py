@@ -1,7 +1,4 @@
-"""The block of a shaft: torsion section, ends, and the resulting shaft.
-
-The shaft is described at its lever arm.
-"""
+"""The block of a shaft: torsion section, ends, and the resulting shaft, described at its lever arm."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Keys that several kinds of body share, with their units.
-
-The facts of an elastic body's block are here, too.
-"""
+"""Keys that several kinds of body share, with their units, and the facts of an elastic body's block."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Errors of single values, and pydantic's faults as one error.
-
-An error has place, value given, values allowed, and a remedy.
-"""
+"""Errors of values, also pydantic's as one: place, value given, values allowed, and remedy."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Detection of nearly grazing contacts in a march, compiled.
-
-The signs are those of `impactlab.metrics.grazing`, from gaps at the same instants.
-"""
+"""Detection of nearly grazing contacts in a march as in `impactlab.metrics.grazing`, compiled."""
 
 from __future__ import annotations
 

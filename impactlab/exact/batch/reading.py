@@ -1,7 +1,4 @@
-"""Compiled signals of a march at a time, and their integrals.
-
-The same as `impactlab.exact.results.signals`, one number at a time.
-"""
+"""Compiled signals of a march and their integrals, those of `exact.results.signals` one number at a time."""
 
 from __future__ import annotations
 

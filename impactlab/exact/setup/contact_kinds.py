@@ -1,7 +1,4 @@
-"""Contacts of a scene in the exact solver, and refusals of others.
-
-They are hard contacts, springs with dashpots, and branches.
-"""
+"""Hard contacts, springs with dashpots, and branches in the exact solver, and refusals of others."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Initial waves of rods from displacement and velocity at t = 0.
-
-Ends emitted these waves before t = 0.
-"""
+"""Initial waves of rods, as emitted by their ends, from displacement and velocity at t = 0."""
 
 from __future__ import annotations
 

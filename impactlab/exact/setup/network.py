@@ -1,7 +1,4 @@
-"""The scene as a network, and the log of its march.
-
-Nodes are joined by rod pieces and contacts.
-"""
+"""The scene as a network of nodes joined by rod pieces and contacts, and the log of its march."""
 
 from __future__ import annotations
 

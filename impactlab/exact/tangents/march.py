@@ -1,7 +1,4 @@
-"""March of the exact solver with tangents, compiled.
-
-The intervals are the same; none is merged with its neighbour.
-"""
+"""March of the exact solver with tangents and the same, never merged, intervals, compiled."""
 
 from __future__ import annotations
 

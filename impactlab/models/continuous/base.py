@@ -1,7 +1,4 @@
-"""Base class of continuous bodies, which step by exact waves or an exact memory.
-
-They bring their own stepper in place of an integrator.
-"""
+"""Base class of continuous bodies, whose stepper of exact waves or memory replaces an integrator."""
 
 from __future__ import annotations
 

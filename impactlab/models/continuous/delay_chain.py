@@ -1,7 +1,4 @@
-"""Chain of delay lines: travelling waves of a rod of several segments, in steps.
-
-Contacts may be at inner places.
-"""
+"""Chain of delay lines: travelling waves of a rod of several segments, struck anywhere, in steps."""
 
 from __future__ import annotations
 

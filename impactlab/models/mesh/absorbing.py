@@ -1,7 +1,4 @@
-"""Absorbing layers at infinite ends of a beam.
-
-The elements of the beam go on, with damping that grows outwards.
-"""
+"""Absorbing layers at infinite ends of a beam: more elements, with damping that grows outwards."""
 
 from __future__ import annotations
 

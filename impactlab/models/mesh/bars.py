@@ -1,7 +1,4 @@
-"""A rod as a row of bar elements.
-
-`finite_element` steps this mesh, and `modal` takes its shapes from it.
-"""
+"""A rod as a row of bar elements, for `finite_element` and for the shapes of `modal`."""
 
 from __future__ import annotations
 

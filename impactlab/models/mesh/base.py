@@ -1,7 +1,4 @@
-"""Base class of meshes of bars and of beam elements.
-
-It has their statics, a bound of their frequencies and cuts of banded matrices.
-"""
+"""Base class of meshes of bars and beams: statics, a bound of frequencies, cuts of banded matrices."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""A beam as a row of beam elements.
-
-`finite_element` steps this mesh, and `modal` takes its shapes from it.
-"""
+"""A beam as a row of beam elements, for `finite_element` and for the shapes of `modal`."""
 
 from __future__ import annotations
 

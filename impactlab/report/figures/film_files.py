@@ -1,7 +1,4 @@
-"""Animations as files: GIF or MP4.
-
-Of frames as pixels, parts that do not move are drawn once.
-"""
+"""Animations as files, GIF or MP4, in which parts that do not move are drawn once."""
 
 from __future__ import annotations
 

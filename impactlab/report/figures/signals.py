@@ -1,7 +1,4 @@
-"""The time traces of a page on one grid of times.
-
-They are probes, then forces, displacements, gaps and energy.
-"""
+"""The time traces of a page on one grid: probes, forces, displacements, gaps and energy."""
 
 from __future__ import annotations
 

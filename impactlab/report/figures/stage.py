@@ -1,7 +1,4 @@
-"""The scene as a page animates it: places, motion and load.
-
-Bodies stand end to end; motion and load are those at the frames.
-"""
+"""The scene as a page animates it: bodies end to end, with motion and load at the frames."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Mechanisms: planar chains of rigid and flexible links.
-
-Each link is hinged to the end of the one before.
-"""
+"""Mechanisms: planar chains of rigid and flexible links, each hinged to the end of the one before."""
 
 from __future__ import annotations
 

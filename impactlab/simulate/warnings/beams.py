@@ -1,7 +1,4 @@
-"""Warnings of a finished run on beams.
-
-They are of a theory beyond its range, a force without a bound, and sub-impacts not resolved.
-"""
+"""Warnings of a run on beams: theory beyond its range, unbounded force, unresolved sub-impacts."""
 
 from __future__ import annotations
 
