@@ -92,7 +92,7 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
     resampled = None
     if BOOTSTRAP in chosen.intervals:
         resampled = bootstrap(loss, x, [len(part) for part in problem.parts(x) or []], chosen.resamples, chosen.seed)
-    rows, said = _rows(problem, loss, solution, profiles, resampled)
+    rows, more = _rows(problem, loss, solution, profiles, resampled)
     reach, unknowns = solution.reach * solution.widened, problem.unknowns
     paths = [each.path for each in unknowns]
     made = []
@@ -112,7 +112,7 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
     cases = problem.cases(x)
     return Fit(
         cases[0], tuple(rows), solution.seen.covariance, tuple(parts), _size(solution.residuals, problem, chosen),
-        _neighbours(parts), (*warnings, *said), tuple(undetermined(solution.seen, paths, made)), cases, tuple(made),
+        _neighbours(parts), (*warnings, *more), tuple(undetermined(solution.seen, paths, made)), cases, tuple(made),
         tuple(shown), tuple(curves),
         None if resampled is None else Resamples(chosen.resamples, chosen.seed, resampled.blocks),
         {"noise": chosen.noise, "loss": chosen.loss}, tuple(unknowns), reach,

@@ -15,7 +15,7 @@ from impactlab.refine.descriptions.rods import EXACT_ERROR
 from impactlab.refine.errors.level_errors import DONE, UNSEEN, allowed, estimate_errors, keeps_energy
 from impactlab.refine.errors.one_run import estimate_alone
 from impactlab.refine.ranking import EXACT_ADVANTAGE, begins_alone, best_of, is_sure, is_worth_trying, priority
-from impactlab.refine.studies import begun, learn
+from impactlab.refine.studies import begun, start_finer
 from impactlab.refine.trial import no_check
 from impactlab.scene.method import Simulation
 from impactlab.types import Progress
@@ -80,7 +80,7 @@ def _best_run(
         waiting = [study for study in studies if not study.closed]
         if not waiting:
             break
-        learn(studies, tolerance)
+        start_finer(studies, tolerance)
         study = min(waiting, key=priority)
         if best is not None and met and not is_worth_trying(study, best, studies):
             break

@@ -66,7 +66,7 @@ def _predicted(study: Study, fineness: int) -> float:
     return study.description.error(fineness) * (study.description.alone if alone else 1.0)
 
 
-def learn(studies: list[Study], tolerance: float) -> None:
+def start_finer(studies: list[Study], tolerance: float) -> None:
     """Begin untried descriptions finer by the prediction errors of tried ones.
 
     The smallest ratio of error to prediction is taken. The cause is mostly common to all: a contact that rises faster

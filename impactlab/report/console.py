@@ -100,8 +100,8 @@ def summary_text(summary: Mapping[str, Any]) -> str:
         kinds = [f"{count} {kind}" for kind, count in Counter(kinds).items()]
     laws = ", ".join(kinds) or "no contact"
     serious = [warned for warned in summary["warnings"] if warned["code"] in SERIOUS]
-    unsaid = "no steps" if method["dt"] is None else method.get("stepping", "no integrator")
-    integrator = method["integrator"]["kind"] if method["integrator"] else unsaid
+    instead = "no steps" if method["dt"] is None else method.get("stepping", "no integrator")
+    integrator = method["integrator"]["kind"] if method["integrator"] else instead
     lines = [
         f"{summary['case']}: {summary['status']}",
         *(f"  warning   {line}" for line in warning_lines(serious)),

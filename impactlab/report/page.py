@@ -70,7 +70,7 @@ def write_page(
     calls += [partial(each.write, folder, formats) for each in shown]
     data, *drawings = (text or "" for text in side_by_side(calls)[len(page.others) :])
     figures, rules = on_page(shown, drawings)
-    formats_said = ", ".join(files.formats).upper() + ("" if files.every else "; all, as PNG or PDF: --figures png,pdf")
+    format_names = ", ".join(files.formats).upper() + ("" if files.every else "; all, as PNG or PDF: --figures png,pdf")
     text = rendered(
         "impactlab.report",
         "page.html.j2",
@@ -96,7 +96,7 @@ def write_page(
             for warned in row["summary"].get("warnings", ())
         ],
         commands=_commands(page, provenance),
-        files=[*page.files, ("figures/", formats_said), *_write_sources(out_dir, provenance)],
+        files=[*page.files, ("figures/", format_names), *_write_sources(out_dir, provenance)],
         data=data,
     )
     (out_dir / "index.html").write_text(text, encoding="utf-8")

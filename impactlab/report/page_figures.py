@@ -23,8 +23,8 @@ MAX_PRINTED = 3  # contacts and bodies that have figures of their own on a page 
 
 def of_run(trace: Trace, scene: Scene) -> list[PageFigure]:
     """Return the figures of one run."""
-    answer = signals.named(trace.reference)
-    dark = f" The thin line is the {answer} solution." if trace.reference is not None else ""
+    kind = signals.named(trace.reference)
+    dark = f" The thin line is the {kind} solution." if trace.reference is not None else ""
     shares = PageFigure(
         "energy",
         "Shares of the energy",
@@ -33,7 +33,7 @@ def of_run(trace: Trace, scene: Scene) -> list[PageFigure]:
         "formula explains, above it energy was gained.",
         partial(balance.energy_shares, trace, scene),
     )
-    along = fields_at_snapshots([trace], scene, f"at the snapshots.{dark if answer == 'exact' else ''}")
+    along = fields_at_snapshots([trace], scene, f"at the snapshots.{dark if kind == 'exact' else ''}")
     over_time = histories_of([trace], scene, f"Positive in compression.{dark}", dark)
     chains = [name for name, body in scene.bodies.items() if isinstance(body, Mechanism)]
     words = "To scale, links drawn straight: at the start, where contacts begin, and at the end."
@@ -54,8 +54,8 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
         return []
     compared = any(trace.reference is not None for trace in shown)
     reference = exact_of(shown)
-    answer = signals.named(reference)
-    dark = f" The thin line is the {answer} solution." if compared else ""
+    kind = signals.named(reference)
+    dark = f" The thin line is the {kind} solution." if compared else ""
     known = [*([reference] if reference is not None else []), *(trace.history for trace in shown)]
     figures = [*probes(shown, scene, compared=True), *waves(known, scene)]
     if compared:
@@ -67,7 +67,7 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
         figures.append(PageFigure("errors", "Errors", words, draw))
     if not all(contact.linked for contact in named_contacts([trace.history for trace in shown])):
         words = (
-            f"A bar is a period of contact, a tick an impulse. Dotted lines are the {answer} closings and openings: a "
+            f"A bar is a period of contact, a tick an impulse. Dotted lines are the {kind} closings and openings: a "
             "bar cut in pieces is chatter, a missing bar a missed contact."
         )
         figures.append(PageFigure("contacts", "Periods of contact", words, partial(overview.contacts, shown, scene)))

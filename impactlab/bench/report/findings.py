@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from impactlab.bench.report.automatic import choice_words
 from impactlab.bench.report.method_styles import power
-from impactlab.bench.report.ranking import CONVERGED, MET, best, judged, median, ranking
+from impactlab.bench.report.ranking import CONVERGED, MET, best, comparable, median, ranking
 from impactlab.bench.report.sheets import milliseconds, short
 from impactlab.bench.report.summary_sheets import percent_of, spreads
 from impactlab.bench.report.views import BOTH, TOLERANCES, SceneRows
@@ -48,7 +48,7 @@ def _at(scenes: Sequence[SceneRows], tolerance: float) -> str:
 
     They are those at one tolerance, special grids left out; empty without times.
     """
-    kept = judged(scenes, BOTH, tolerance).scenes
+    kept = comparable(scenes, BOTH, tolerance).scenes
     if not kept:
         return f"No scene has a reference certain enough for {power(tolerance)}."
     leads = [lead for scene in kept if (lead := best(scene, BOTH, tolerance, ordinary=True)) is not None]

@@ -52,10 +52,10 @@ def _singular(contact: Contact, beams: Sequence[Body], spans: Sequence[ContactSp
     if not any(beam.unbounded_first_force for beam in beams):
         return
     peak = max((span.peak_force or 0.0 for span in spans), default=0.0)
-    said = f"the largest force here, {peak:.4g} N," if peak > 0.0 else "its size here"
+    size = f"the largest force here, {peak:.4g} N," if peak > 0.0 else "its size here"
     text = (
         f"{contact.name}: a hard contact on an Euler-Bernoulli beam has no finite first force (it goes as t^-1/2); "
-        f"{said} and the number of contacts depend on the modes or elements kept and on the step; give the contact a "
+        f"{size} and the number of contacts depend on the modes or elements kept and on the step; give the contact a "
         "stiffness, or theory: timoshenko"
     )
     yield Warned("singular_force", text)
