@@ -61,10 +61,7 @@ class Completable(Coordinates, Protocol):
 
 
 def quadrature(length: float, modes: int) -> tuple[Array, Array]:
-    """Return places [m] and weights [m] of Gauss quadrature over a body, (n,) each.
-
-    They are fine enough for so many ``modes``.
-    """
+    """Return places [m] and weights [m], (n,) each, of Gauss quadrature fine enough for ``modes``."""
     cells = 4 * modes + 64
     nodes, weights = np.polynomial.legendre.leggauss(8)
     h = length / cells

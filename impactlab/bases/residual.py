@@ -60,10 +60,7 @@ class WithResiduals(Completable):
         return np.concatenate((own, self._left(x, quantity) @ self._shares)) if self._zeros.size else own
 
     def _left(self, x: float, quantity: Quantity) -> Array:
-        """Return the quantity at x that the modes kept leave out, (faces,).
-
-        It is per unit force at each face.
-        """
+        """Return the quantity at x that the modes kept leave out, (faces,), per unit force there."""
         return np.array([self._basis.remainder(x, quantity, face) for face in self._faces])
 
     def remainder(self, x: float, quantity: Quantity, face: float) -> float:

@@ -146,10 +146,7 @@ def bare(case: Case) -> Case:
 
 
 def keys_of(case: Case, method: str, settings: dict[str, Any]) -> tuple[str, str | None]:
-    """Return the key of a method on a case and its reference's.
-
-    The latter is None where the case refuses the method.
-    """
+    """Return the keys of a method on a case and of its reference, None of the latter if refused."""
     try:
         solved = case.solved_by(method, settings)
         return row_key(solved), reference_key(*api.physics_of(solved))

@@ -73,10 +73,7 @@ def row(job: Job) -> dict[str, Any]:
 
 
 def reference(job: Job) -> None:
-    """Find the reference of a cell and keep it.
-
-    It is kept in the folder that the workers of this bench share.
-    """
+    """Find the reference of a cell and keep it in the folder that workers share."""
     _references.of(*api.physics_of(_case(job).solved_by(job.method, job.settings)))
 
 

@@ -194,10 +194,7 @@ def part_faults(data: Mapping[str, Any], registry: Registry) -> list[ImpactlabEr
 
 
 def _models(case: CaseBlock, registry: Registry) -> dict[str, AbstractRodModel]:
-    """Return the models of rods and beams by name.
-
-    There are none under a tolerance: the automatic choice finds them.
-    """
+    """Return the models of rods and beams by name; none under a tolerance, which finds them."""
     models = {}
     for name, block in case.bodies.items():
         if case.solve.tolerance is None and isinstance(block, ElasticBlock):

@@ -194,10 +194,7 @@ def refuse_unknown_body(data: Mapping[str, Any], path: str) -> None:
 
 
 def _holder(data: Any, keys: Keys, path: str) -> Any:
-    """Return the block that holds the last key, as a copy.
-
-    Those above it are copied, too; all others are shared.
-    """
+    """Return the block that holds the last key, copied with those above it."""
     holder = data
     for place, key in enumerate(keys[:-1]):
         found = _key_in(holder, key, path)

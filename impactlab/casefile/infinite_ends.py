@@ -161,9 +161,6 @@ def slope_at_end(body: ElasticBody, side: str) -> float:
 
 
 def _impedance(body: ElasticBody, side: str) -> float:
-    """Return the dashpot of an infinite end in the block's unit.
-
-    It is N s/m, of a shaft N m s.
-    """
+    """Return the dashpot of an infinite end in N s/m, of a shaft in N m s."""
     value = (body.left if side == "left" else body.right).value
     return value * getattr(body, "lever_arm", 1.0) ** 2

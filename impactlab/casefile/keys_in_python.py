@@ -41,10 +41,7 @@ class BodyKeys(dict[str, Any]):
 
 
 def given(arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the keys that a constructor was given.
-
-    They are taken from its local variables: parameters, and those in ``others``.
-    """
+    """Return the keys given to a constructor: parameters among its local variables, and ``others``."""
     named = {key: value for key, value in arguments.items() if key not in ("self", "others", "__class__")}
     return {**named, **arguments["others"]}
 

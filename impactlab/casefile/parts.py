@@ -74,10 +74,7 @@ def _made(part: type[Any], model: type[BaseModel], given: Mapping[str, Any], pat
 
 
 def _with_exponent(text: str, path: str, unit: str, part: Any, given: Mapping[str, Any]) -> float | str:
-    """Return a number with a unit in SI.
-
-    The power of the unit is the option ``exponent`` of the part.
-    """
+    """Return in SI a number whose unit has the power of the part's option ``exponent``."""
     n = given.get("exponent", getattr(part, "exponent", None))
     if isinstance(n, bool) or not isinstance(n, (int, float)):
         return text

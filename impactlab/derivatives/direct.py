@@ -194,10 +194,7 @@ class Direct:
         return total
 
     def sampled(self, channel: str, times: Array) -> Array:
-        """Return the derivatives of a channel at fixed times, (n,).
-
-        They are NaN where there is no formula or a front passes.
-        """
+        """Return the derivatives of a channel at fixed times, (n,), NaN without formula or at fronts."""
         quantity, _, rest = channel.partition(":")
         still = np.zeros(len(times))
         if quantity == "force" and rest in self.number:

@@ -82,10 +82,7 @@ def find(m: MarchArrays, j: int, n: int) -> None:
 
 @EXACT_INLINE
 def change(m: MarchArrays) -> None:
-    """Take the contact of the event found to its next branch.
-
-    The kind of the event becomes that of the change.
-    """
+    """Take the event's contact to its next branch, and the event to that kind."""
     state = m.state[0]
     contact = m.contacts[state.contact]
     until = m.stack[contact.branch][UNTIL + WIDE * (state.kind - CHANGE) :]

@@ -16,10 +16,7 @@ MIN_TOUCH = 10.0
 
 @EXACT_PART
 def least_force(m: MarchArrays, j: int, c: int, n: int) -> float:
-    """Return the force below which contact c counts as unloaded [N].
-
-    It covers rounding, also that of a stiff spring.
-    """
+    """Return the force [N], above a stiff spring's rounding, below which contact c is unloaded."""
     state, junction, contact = m.state[0], m.junctions[j], m.contacts[c]
     none = ZERO_TOL * state.fastest * contact.impedance
     if contact.stiffness >= 0.0:
@@ -157,10 +154,7 @@ def next_change_of_contact(m: MarchArrays, j: int, n: int) -> float:
 
 @EXACT_PART
 def next_event(m: MarchArrays, j: int, n: int) -> float:
-    """Return the place in [-1, 1] of the first event, 2 for none.
-
-    The state holds its contact (or -1) and kind.
-    """
+    """Return the place in [-1, 1] of the first event, 2 for none; keep contact and kind."""
     place = next_change_of_contact(m, j, n)
     if m.junctions[j].branched == 1:
         m.state[0].place = place

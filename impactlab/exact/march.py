@@ -55,10 +55,7 @@ def horizon(m: MarchArrays, j: int) -> float:
 
 @EXACT_PART
 def arrivals(m: MarchArrays, j: int, t0: float, t1: float) -> int:
-    """Write the waves arriving at junction j; return their number of coefficients.
-
-    They arrive at its ends on [t0, t1].
-    """
+    """Write the waves arriving at junction j on [t0, t1]; return their number of coefficients."""
     state, junction = m.state[0], m.junctions[j]
     room = len(m.pieces) // len(m.junctions)
     longest = 1

@@ -85,10 +85,7 @@ def tail(a: Array, n: int) -> float:
 
 @EXACT_PART
 def solve_group(m: MarchArrays, j: int, i: int, half: float, longest: int) -> int:
-    """Write the velocity of a group with mass; return its coefficients.
-
-    The group is that of node i; 0 where not resolved.
-    """
+    """Write the velocity of node i's massive group; return its coefficients, 0 if unresolved."""
     state, node = m.state[0], m.nodes[i]
     group, base = m.nodes[node.group], m.junctions[j].first_node
     load, out = m.load[node.group - base], m.rows[node.group - base]

@@ -158,10 +158,7 @@ def plot_autocorrelations(fit: Fit) -> Figure:
 
 @drawn
 def plot_profiles(fit: Fit) -> Figure:
-    """Return a figure of the profile of each parameter.
-
-    It has the parabola of the derivatives and the 95 % interval.
-    """
+    """Return a figure of the parameters' profiles with the derivatives' parabola and 95 % intervals."""
     figure, panels = _panels(len(fit.profiles), 1.9, Margins(top=0.55, down=1.0))
     for number, (axes, curve) in enumerate(zip(panels, fit.profiles, strict=True)):
         _profile(axes, curve, fit)

@@ -243,10 +243,7 @@ class Problem:
         return gain, offset, shift
 
     def place(self, number: int, name: str) -> int | None:
-        """Return the number of the unknown of a signal's gain, offset or shift.
-
-        It is None where that is known.
-        """
+        """Return the number of the unknown gain, offset or shift of a signal; None if known."""
         found = self.measured[number].settings[SETTINGS.index(name)]
         return found if isinstance(found, int) else None
 
@@ -263,10 +260,7 @@ class Problem:
         return [self.part(number, mean, self.setting(scaled, number)) for number, mean in enumerate(means)]
 
     def fitted(self, scaled: Array) -> list[Array]:
-        """Return each signal of the cases, (samples,) in SI units, without a filter.
-
-        It is NaN where there is no run.
-        """
+        """Return each unfiltered signal of the cases, (samples,) in SI units; NaN without a run."""
         means = self.means(scaled)
         if means is None:
             return [np.full(len(signal.times), math.nan) for signal in self.signals]

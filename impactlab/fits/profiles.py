@@ -133,10 +133,7 @@ def _side(walk: ProfileSteps, sign: float, deviation: float) -> tuple[list[Point
 
 
 def _passed(walk: ProfileSteps, points: list[Point], outside: Point) -> list[Point]:
-    """Return points around the place where the limit is passed, closest last.
-
-    They are found by secants inside a bracket.
-    """
+    """Return points around the passed limit, closest last, by secants inside a bracket."""
     inside, found = points[-1], [outside]
     for _ in range(MAX_ROUNDS):
         low, high = walk.root(inside), walk.root(outside)

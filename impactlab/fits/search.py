@@ -177,10 +177,7 @@ def on_both_sides(problem: Problem) -> list[Array]:
 
 
 def triggers(problem: Problem, start: Array) -> list[Array]:
-    """Return starts with the best trigger times, the best first.
-
-    It is the start itself if no shift is free.
-    """
+    """Return starts with the best trigger times, best first; the start itself without a free shift."""
     return [place for _, place in scanned(problem, start)]
 
 

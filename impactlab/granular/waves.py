@@ -163,10 +163,7 @@ def _peak(history: AbstractRecordedHistory, contact: str, until: float, before: 
 
 
 def _first_peak(rise: Array, before: float) -> int:
-    """Return the index of the record at which the first pulse is largest.
-
-    It is 0 if there is no pulse.
-    """
+    """Return the index of the record with the largest first pulse; 0 without a pulse."""
     largest = float(rise.max())
     if not largest > 0.0:
         return 0

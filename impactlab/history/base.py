@@ -330,10 +330,7 @@ class AbstractHistory(Views, ABC):
         return [span for _, span in found or ()]
 
     def spans_of(self, contacts: Iterable[str]) -> list[ContactSpan]:
-        """Return the periods of contact of several contacts by their names.
-
-        They are in the order of ``contacts`` of the run.
-        """
+        """Return the periods of several contacts by name, in the order of ``contacts``."""
         table = self._by_contact()
         found = [numbered for contact in dict.fromkeys(contacts) for numbered in table.get(contact, ())]
         return [span for _, span in sorted(found, key=lambda numbered: numbered[0])]

@@ -109,10 +109,7 @@ def touched_in(history: AbstractHistory) -> frozenset[str]:
 
 
 def drift_velocities(scene: Scene, touched: Collection[str] | None = None) -> dict[str, float]:
-    """Return the velocity of the frame of each body's group at t = 0 [m/s].
-
-    It is 0 where something holds it.
-    """
+    """Return frame velocities of the bodies' groups at t = 0 [m/s]; 0 if held."""
     return {name: group.velocity for name, group in frames(scene, touched).items()}
 
 

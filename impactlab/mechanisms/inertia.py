@@ -114,10 +114,7 @@ def spun(k: Constants, w: Work, p: Array, v: Array, na: int) -> tuple[float, flo
 def add_own_mass(
     mass: Array, n: int, first: int, k: Constants, w: Work, end: PlaceNumbers, heavy: float, na: int
 ) -> None:
-    """Add the mass of the shapes among themselves.
-
-    It includes that of a point of mass ``heavy`` at the end [kg].
-    """
+    """Add the mass of the shapes among themselves, with a point of mass ``heavy`` [kg]."""
     m, nb = end.along.size, end.along.size - na
     for i in range(m):
         row = mass[(first + i) * n + first : (first + i) * n + first + m]

@@ -258,10 +258,7 @@ def _echoes(history: AbstractHistory, scene: Scene, touches: Sequence[Event], co
 
 
 def _starts(scene: Scene, touches: Sequence[Event], contact: Contact) -> tuple[set[float], set[float]]:
-    """Return the instants of fronts at a contact and at other ends [s].
-
-    The other ends are those of its two bodies.
-    """
+    """Return the instants of fronts at a contact and at its bodies' other ends [s]."""
     here = {event.time for event in touches if event.contact == contact.name}
     away = {event.time for event in touches} - here
     return here, away | {0.0} if scene.fronts_at_start else away

@@ -43,10 +43,7 @@ class Bow(NamedTuple):
 
 
 def bow(beam: Beam, x: float) -> Bow:
-    """Return the static bow under a force at x [m].
-
-    It is zero for a beam that may move as a whole.
-    """
+    """Return the static bow under a force at x [m]; zero if the beam may move as a whole."""
     ends = beam.left, beam.right
     held = sum(end.kind in ("clamped", "pinned") or (end.kind == "spring" and end.value > 0.0) for end in ends)
     if held + any(end.kind == "clamped" or end.rotational > 0.0 for end in ends) < 2:

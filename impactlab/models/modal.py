@@ -202,10 +202,7 @@ class Modal(AbstractRodModel):
         return reduced_body(gravity, mesh, span, paper_rule, faces)
 
     def _completed(self, modes: Completable, body: ElasticBody, faces: tuple[Face, ...]) -> Coordinates:
-        """Return the modes of a body, with `residual` completed at its contacts.
-
-        The static shapes of the modes left out are added.
-        """
+        """Return a body's modes with `residual`, the left-out modes' static shapes, at its contacts."""
         if not self.residual or not faces:
             return modes
         bends = isinstance(body, Beam) and body.theory == "euler_bernoulli"

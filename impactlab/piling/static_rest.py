@@ -139,10 +139,7 @@ def _springs(pile: Pile, x: Array) -> Array:
 
 
 def _share(left_over: Callable[[Array], Array], u: Array, step: Array) -> float:
-    """Return the share of a Newton step of least energy along it.
-
-    It is the zero of a rising function.
-    """
+    """Return the share of a Newton step of least energy, the zero of a rising function."""
 
     def slope(share: float) -> float:
         return float(step @ left_over(u + share * step))

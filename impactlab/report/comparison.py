@@ -55,10 +55,7 @@ def units_of(comparison: Mapping[str, Any]) -> dict[str, str]:
 
 
 def solution_words(reference: str) -> str:
-    """Return the reference of errors in words.
-
-    It is a converged solution, or the exact one under any of its names.
-    """
+    """Return the reference of errors in words: converged, or exact under any of its names."""
     return "a converged solution" if reference == "converged" else "the exact solution"
 
 
@@ -107,10 +104,7 @@ def model_label(model: Mapping[str, Any]) -> str:
 
 
 def in_round_trips(time: float | None, summary: Mapping[str, Any]) -> float | None:
-    """Return a time [s] of a summary in round trips T.
-
-    None where there is no time or no T.
-    """
+    """Return a time [s] of a summary in round trips T; None without time or T."""
     return None if time is None or not summary.get("round_trip") else time / float(summary["round_trip"])
 
 

@@ -89,10 +89,7 @@ def joined_in(scene: Scene, method: Method) -> set[str]:
 
 
 def _once(facts: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
-    """Yield facts of bodies or contacts, many alike as one.
-
-    Those of many in a row are named ``bead_1 to bead_50``.
-    """
+    """Yield facts of bodies or contacts, a row of alike ones as ``bead_1 to bead_50``."""
     for words, alike in itertools.groupby(facts, lambda fact: fact[1]):
         names = [name for name, _ in alike]
         if len(names) < MIN_ALIKE:

@@ -111,10 +111,7 @@ def _is_running(number: int) -> bool:
 
 
 def files_in(folder: Path, part: str = "") -> set[str]:
-    """Return the names of files in a folder, relative to it.
-
-    With ``part``, those of one file or folder in it.
-    """
+    """Return the files in a folder, or in its ``part``, by relative name."""
     top = folder / part
     if part and (top.is_symlink() or top.is_file()):
         return {part}

@@ -41,10 +41,7 @@ class Page(NamedTuple):
 
 
 def file_of(case: str, *, variant: bool = True) -> str:
-    """Return the words that name a case on the command line.
-
-    They are ``a.yaml``, or ``a.yaml --variant b`` of ``a/b``.
-    """
+    """Return the words that name a case, as ``a.yaml --variant b``, on the command line."""
     stem, _, name = case.partition("/")
     return f"{stem}.yaml --variant {name}" if name and variant else f"{stem}.yaml"
 

@@ -24,10 +24,7 @@ class Provenance(NamedTuple):
 
 
 def of_case(case: Case, command: str = "") -> Provenance:
-    """Return the provenance of a run of a case.
-
-    It is dated now, or at ``SOURCE_DATE_EPOCH`` where that is set.
-    """
+    """Return the provenance of a run of a case, dated now or at ``SOURCE_DATE_EPOCH``."""
     return Provenance(case.title, case.source, command, case.to_yaml(), cite(case).bibtex, date=now())
 
 

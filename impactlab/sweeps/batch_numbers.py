@@ -175,10 +175,7 @@ def inner_points(count: int) -> list[int]:
 
 
 def prove(case: Case, grid: Points, base: marcher.Built, march: marcher.Marcher) -> None:
-    """Build corners and some points on their own, to compare networks.
-
-    Raise `NotServed` where one is not allowed or has another network.
-    """
+    """Build corners and some points to compare networks; raise `NotServed` where one differs."""
     for settings in corners(grid):
         if not numbers_of(at_point(case, settings)).pattern.same_as(base.pattern):
             raise NotServed("a corner of the grid has bodies that are connected in another way")

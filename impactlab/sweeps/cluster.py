@@ -134,10 +134,7 @@ def _client(address: str) -> Iterator[Client]:
 
 
 def fingerprint(plugins: tuple[str, ...]) -> dict[str, str]:
-    """Return hashes of impactlab and of plugins, and versions, of this process.
-
-    The versions are those of packages that numbers depend on.
-    """
+    """Return hashes of impactlab and plugins, and versions of numeric packages, of this process."""
     found = {"code of impactlab": code_hash(), **{f"plugin {name}": tree_hash(name) for name in plugins}}
     return found | {f"version of {name}": version for name, version in numeric_environment().items()}
 
@@ -359,10 +356,7 @@ def _chunk(made: Sweep, expected: Mapping[str, str], first: int, last: int) -> C
 
 
 def _timed(made: Sweep, expected: Mapping[str, str], *_job: int) -> float:
-    """Return the time of the first point in a worker [s].
-
-    It is run again once the code is loaded.
-    """
+    """Return the time of the first point in a worker [s], its code loaded before."""
     spent = math.inf
     for _ in range(2):
         began = time.perf_counter()

@@ -107,10 +107,7 @@ def in_order(found: xarray.Dataset) -> xarray.Dataset:
 
 
 def places(found: xarray.Dataset, axis: str) -> Places:
-    """Return the places of an axis's values: linear, logarithmic or words.
-
-    The numbers of an axis increase, as those of `in_order`.
-    """
+    """Return an axis's increasing places, as in `in_order`: linear, logarithmic or words."""
     coordinate = found[axis]
     if coordinate.dtype.kind not in "iuf":
         x = np.arange(coordinate.size, dtype=float)

@@ -185,10 +185,7 @@ def _made_of(
 
 
 def _others(case: Case, grid: Points) -> list[Scene]:
-    """Return scenes in which other bodies and contacts may be.
-
-    They are those of each method, block or whole number.
-    """
+    """Return scenes of each method, block or whole number, in which bodies and contacts may differ."""
     changing = [axis for axis in grid.axes if not axis.is_numeric or axes.takes_whole(case, axis.path)]
     if grid.listed:
         firsts: dict[str, int] = {}

@@ -53,10 +53,7 @@ class Limits(NamedTuple):
     top: float
 
     def shown(self, found: Sequence[Point]) -> list[Point]:
-        """Return points as they are drawn.
-
-        Those below the floor are on it, those above the top are left out.
-        """
+        """Return points as drawn: on the floor if below it, none above the top."""
         return [point._replace(error=max(point.error, self.floor)) for point in found if point.error <= self.top]
 
 
@@ -122,10 +119,7 @@ def _three_panels(room: float) -> tuple[Figure, tuple[Axes, Axes, Axes]]:
 
 
 def _draw_exact(axes: Axes, family: MethodRows, found: Sequence[Point], limits: Limits) -> End:
-    """Draw a method without steps; return where its name is written.
-
-    It is below the axis where its error is.
-    """
+    """Draw a method without steps; return the place of its name, below the axis."""
     for point in found:
         below = point.error < limits.floor
         at = [max(point.error, limits.floor)]
@@ -170,10 +164,7 @@ def _frame(axes: Axes, scene: SceneRows, norm: Norm, cost: Cost, limits: Limits)
 
 
 def _fronts(axes: Axes, scene: SceneRows, norm: Norm, limits: Limits) -> None:
-    """Draw the front of the methods with steps as a staircase.
-
-    It has rings; the one with set-up is dotted.
-    """
+    """Draw the front of stepped methods as a staircase with rings, dotted with set-up."""
     for cost, style, x, text in ((TIME, "-", 0.56, "front"), (TOTAL, ":", 0.7, "front, set-up included")):
         axes.plot([x, x + 0.04], [1.035] * 2, style, color=MUTED, lw=0.9, transform=axes.transAxes, clip_on=False)
         axes.text(x + 0.05, 1.035, text, color=MUTED, fontsize=7.5, va="center", transform=axes.transAxes)

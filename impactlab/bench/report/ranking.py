@@ -15,10 +15,7 @@ MET, MISSED, REFUSED, FAILED, UNMEASURED, ABSENT = "met", "missed", "refused", "
 
 
 class Comparable(NamedTuple):
-    """The scenes with a certain enough reference, and reasons against others.
-
-    The reference is to be certain enough for a tolerance.
-    """
+    """The scenes with a reference certain enough for a tolerance, and reasons against others."""
 
     scenes: tuple[SceneRows, ...]
     excluded: tuple[tuple[str, str], ...]  # name of a scene, reason
@@ -101,10 +98,7 @@ def best(
 def _result(
     scene: SceneRows, family: MethodRows | None, norm: Norm, tolerance: float, clock: Clock, leads: Sequence[Row | None]
 ) -> Result:
-    """Return the result of a family in a scene.
-
-    It is met if any level meets the tolerance, else its best outcome.
-    """
+    """Return the result of a family: met if any level meets the tolerance, else its best."""
     if family is None:
         return Result(ABSENT)
     own = fastest(family.rows, norm, scene, tolerance, clock)

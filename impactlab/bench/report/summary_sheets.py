@@ -134,10 +134,7 @@ def certainty(scenes: Sequence[SceneRows]) -> Sheet:
 
 
 def spreads(rows: Sequence[Row]) -> list[float]:
-    """Return relative spreads of the time to solve.
-
-    They are those of every run that was timed more than once.
-    """
+    """Return relative spreads of the times of runs that were timed more than once."""
     return [
         row.solve_spread_s / row.solve_s
         for row in rows

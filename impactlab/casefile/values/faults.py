@@ -55,10 +55,7 @@ def _counts_valid_entries(fault: ErrorDetails) -> bool:
 
 
 def _suggested(fault: ErrorDetails, error: CaseError, prefix: str) -> str:
-    """Return the path of the key that a misspelt one stands for.
-
-    This key is then not missing as well.
-    """
+    """Return the path that a misspelt key stands for, which is then not missing."""
     key = re.search(r"Did you mean '(\w+)'", error.text)
     return ".".join(filter(None, (prefix, *_yaml_path(fault["loc"])[:-1], key[1]))) if key else ""
 

@@ -244,10 +244,7 @@ def settled(body: Body, duration: float) -> Body:
 
 
 def _left_out(load: AbstractLoad, duration: float) -> tuple[str, str]:
-    """Return why a load is not known over a run, and the fix.
-
-    Both are empty where it is known.
-    """
+    """Return why a load is not known over a run, and the fix; both empty if known."""
     if isinstance(load, SampledLoad):
         start, end = load.reaches(duration)
         remedy = "Give samples over the whole run, or a first or last sample of 0, before or after which it stays 0."

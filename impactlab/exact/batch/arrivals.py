@@ -13,10 +13,7 @@ from impactlab.types import Array
 
 @EXACT_PART
 def travel_time(m: MarchArrays, q: Pattern, a: int, b: int) -> float:
-    """Return the time of a wave between two nodes of a body [s].
-
-    It is 0 in a rigid one.
-    """
+    """Return the time of a wave between two nodes of a body [s]; 0 if rigid."""
     body, total, inside = q.bodies[q.nodes[a].body], 0.0, False
     if a == b:
         return 0.0

@@ -89,10 +89,7 @@ def integral(m: MarchArrays, j: int, row: int, t0: float, t1: float, square: boo
 
 @EXACT_PART
 def wave_integral(m: MarchArrays, end: int, t0: float, t1: float, carried: bool) -> float:
-    """Return the integral of an end's squared wave from t0 to t1.
-
-    With ``carried`` it is that of its time integral.
-    """
+    """Return the integral of an end's squared wave, or ``carried`` of its time integral, from t0 to t1."""
     j = m.ends[end].junction
     junction = m.junctions[j]
     row = 2 * junction.nodes + end - junction.first_end + (junction.ends if carried else 0)

@@ -236,10 +236,7 @@ def total_energy(m: MarchArrays, q: Pattern, t: float) -> float:
 def at_stake(
     m: MarchArrays, q: Pattern, p: Array, spans: Array, count: int, start: float, work: float, group: Array
 ) -> float:
-    """Return the energy that bodies can exchange [J].
-
-    It is that of `EnergyBook.at_stake`; ``group`` is room for the bodies.
-    """
+    """Return the energy of `EnergyBook.at_stake` [J]; ``group`` is room for the bodies."""
     t, gravity = m.state[0].duration, m.state[0].gravity
     n = len(q.bodies)
     for b in range(n):

@@ -69,10 +69,7 @@ def bond(scene: Scene, method: Method, number: int) -> Bond:
 
 
 def massless(scene: Scene, point: Point) -> bool:
-    """Return whether a contact's face is without mass.
-
-    It is an inner point or the bare end of a rod.
-    """
+    """Return whether a face, an inner point or a bare rod end, is without mass."""
     body = scene.bodies[point.body].waves
     if body is None or body.is_inner(point.x):
         return body is not None

@@ -156,10 +156,7 @@ def drive(m: MarchArrays, d: TangentArrays, q: int, j: int, longest: int) -> Non
 
 @EXACT_PART
 def massive(m: MarchArrays, d: TangentArrays, q: int, j: int, i: int, half: float, longest: int, floor: float) -> int:
-    """Write the tangent of a group's velocity; return its coefficients.
-
-    The group has mass and is that of node i.
-    """
+    """Write the tangent of velocity of node i's massive group; return its coefficients."""
     node, base = m.nodes[i], m.junctions[j].first_node
     g = node.group
     group = m.nodes[g]

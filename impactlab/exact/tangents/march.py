@@ -141,10 +141,7 @@ def start_at_closing(m: MarchArrays, d: TangentArrays, j: int, half: float) -> N
 
 @EXACT_PART
 def date(m: MarchArrays, d: TangentArrays, j: int, half: float, found: bool) -> None:
-    """Keep the derivative of the time of the event.
-
-    That of the force after a front that parts faces is kept, too.
-    """
+    """Keep the derivative of the event's time, and of the force after a parting front."""
     state, junction = m.state[0], m.junctions[j]
     if not found and state.kind == CLOSE:
         start_at_closing(m, d, j, half)

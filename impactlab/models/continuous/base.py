@@ -59,10 +59,7 @@ class AbstractSelfStepping(AbstractDiscreteModel):
         return None
 
     def misfit(self, dt: float) -> float:
-        """Return the relative change of lengths and speeds that fits a step [s].
-
-        It is 0, as here, if any step fits.
-        """
+        """Return the relative change of lengths and speeds that fits a step [s]; here 0."""
         return 0.0
 
     def misfits(self, steps: Array) -> Array:
@@ -79,10 +76,7 @@ class AbstractSelfStepping(AbstractDiscreteModel):
         return 0.0
 
     def fitting(self, dt: float) -> Array:
-        """Return steps from dt down that may fit better, (n,) [s].
-
-        It is dt alone, as here, where any step fits.
-        """
+        """Return steps from dt down that may fit better, (n,) [s]; here dt alone."""
         return np.array([dt])
 
     def momentum_row(self) -> Array:

@@ -109,10 +109,7 @@ def _layer(beam: Beam, segment: int, h: float, elements: int, lumped: bool, dura
 
 
 def _lengths(beam: Beam, length: float, h: float, elements: int, lumped: bool) -> Array:
-    """Return the lengths [m] of the elements of a layer, outwards, (n,).
-
-    The first follows an element of length h [m].
-    """
+    """Return the element lengths [m] of a layer, outwards from one of length h [m], (n,)."""
     growth = min(GROWTH, GROWTHS / elements)
     found: list[float] = []
     x = 0.0

@@ -140,10 +140,7 @@ class Mesh(AbstractMesh):
         return row
 
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the displacement that a massless node adds at x, per force [m/N].
-
-        The force acts on the node itself.
-        """
+        """Return the displacement that a force on a massless node adds at x, per force [m/N]."""
         if self._massless is None or quantity == "velocity":
             return 0.0
         at = self._massless.at

@@ -151,10 +151,7 @@ class BeamMesh(AbstractMesh):
         return row
 
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the internal force at x that the elements lack, per unit force.
-
-        The force acts at ``face`` between two nodes.
-        """
+        """Return the internal force at x that elements lack per force at ``face`` between nodes."""
         struck, at = self._place(face)
         if quantity not in ("bending_moment", "shear_force") or at in (0.0, 1.0):
             return 0.0
@@ -245,10 +242,7 @@ class BeamMesh(AbstractMesh):
         return squares
 
     def _centrifugal_tensions(self) -> Array | None:
-        """Return the tension at the Gauss points of each element, (n_elements, 4) [N].
-
-        It is None for a beam at rest.
-        """
+        """Return tensions (n_elements, 4) [N] at the Gauss points; None for a beam at rest."""
         if self.beam.rotation is None:
             return None
         return self.beam.steady_beam(self.beam.rotation).tension(
@@ -305,10 +299,7 @@ class BeamMesh(AbstractMesh):
         return mass, damping, stiffness, softened
 
     def _rigid_motions(self) -> tuple[Array, tuple[int, ...]]:
-        """Return the rigid motions a + b x, mass-normalised, and coordinates that stop them.
-
-        They are motions without strain or support.
-        """
+        """Return unstrained motions a + b x, mass-normalised, and coordinates that stop them."""
         strained = self.beam.tension != 0.0 or self.beam.rotation is not None
         rows = [[0.0, 1.0]] if strained else []  # a string under tension resists its rotation
         for node, end in self.ends:

@@ -64,10 +64,7 @@ class Loop(NamedTuple):
 
 
 def of_laws_with_memory(trace: Trace, scene: Scene) -> list[PageFigure]:
-    """Return the figures of a run whose laws have memory.
-
-    They are loops, the head of a pile, and curves of specimens.
-    """
+    """Return figures of laws with memory: loops, the head of a pile, curves of specimens."""
     history, figures = trace.history, []
     laws = history.method.laws
     if any(isinstance(law, Smith) for law in laws.values()):

@@ -95,9 +95,6 @@ def _row_scales(
 
 
 def few(x: Array, values: Array) -> tuple[Array, Array]:
-    """Return a curve along a body at no more than `MAX_POINTS` places.
-
-    The first and the last place are included.
-    """
+    """Return a curve along a body at `MAX_POINTS` places at most, both ends included."""
     kept = np.unique(np.linspace(0, x.size - 1, min(x.size, MAX_POINTS)).round().astype(int))
     return x[kept], values[kept]

@@ -158,10 +158,7 @@ class Body(ABC):
 
     @property
     def softening(self) -> float:
-        """Centrifugal force per mass and displacement along the motion [1/s2].
-
-        It is 0 for a body that does not rotate.
-        """
+        """Centrifugal force per mass and displacement along the motion [1/s2]; 0 without rotation."""
         return 0.0 if self.rotation is None else self.rotation.softening
 
     @property
@@ -285,17 +282,11 @@ class ElasticBody(Segmented, Body):
     @property
     @abstractmethod
     def is_held_along(self) -> bool:
-        """Whether an end holds the body along its axis.
-
-        It then has a steady state under rotation.
-        """
+        """Whether an end holds the body along its axis, so that it may rotate steadily."""
 
     @property
     def limit_rate(self) -> float:
-        """Rate [rad/s] from which its stiffness does not hold it under rotation.
-
-        It is inf where the mesh gives the limit.
-        """
+        """Rate [rad/s] from which its stiffness does not hold it; inf where the mesh limits it."""
         return math.inf
 
     @property

@@ -190,10 +190,7 @@ class Mechanism(MechanismBody):
 
 
 def links_on_hubs(bodies: Iterable[Body]) -> Iterator[tuple[Mechanism, Link]]:
-    """Yield each mechanism of one link on a driven hub, and the link.
-
-    The link is clamped to the hub.
-    """
+    """Yield each mechanism of one link clamped to a driven hub, and the link."""
     for body in bodies:
         if isinstance(body, Mechanism) and len(body.links) == 1:
             (link,) = body.links
