@@ -7,7 +7,7 @@ import time as clock
 from collections.abc import Iterable, Iterator
 from functools import partial
 
-from impactlab.errors import CaseError, ImpactlabError
+from impactlab.errors import CaseError
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.history.choice import Candidate, Choice, Ladder
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
@@ -59,21 +59,20 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     """
     began = clock.perf_counter()
     request = Simulation(scene, method)
-    served = exact_for(request)
-    failed: list[ImpactlabError] = []
+    searching, served = search.Search(request, progress), exact_for(request)
     studies: list[Study] = []
     others: Iterator[Study] = iter(())
-    best, why = search.at_once(served[0], request, failed, progress), served[1]
+    best, why = searching.at_once(served[0]), served[1]
     if best is None:
         with GarbageCollectionPaused():
             others, why = in_turn(request, served)
             studies.extend(itertools.islice(others, 1))
-            best = search.find_best(studies, request, failed, progress, others)
-    is_met = best is not None and best[1].error <= allowed(method)
+            best = searching.best(studies, others)
+    is_met = best is not None and best[1].error <= searching.tolerance
     if not is_met and (refused := out_of_reach.refusal(allowed(method), studies, best, search.BUDGET_S)):
         raise refused
     if best is None:
-        raise failed[0] if failed else _nothing_serves(request, why, studies)
+        raise searching.failed[0] if searching.failed else _nothing_serves(request, why, studies)
     study, level = best
     history, description = level.history, study.description
     tried = candidates(studies or [study], study, level)
