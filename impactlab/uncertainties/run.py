@@ -97,8 +97,10 @@ def uncertainty(
     uncertain = read_uncertain(case, vary)
     made = design(uncertain, samples, seed, indices=indices)
     wanted = [*quantities, *([] if COUNTED in quantities else [COUNTED])]
-    shared: dict[str, Any] = {"workers": workers, "out": out, "progress": progress, "command": command}
-    data = sweep(case, points=made.points, quantities=wanted, shard=shard, cluster=cluster, repeat=repeat, **shared)
+    data = sweep(
+        case, points=made.points, quantities=wanted, workers=workers, out=out, shard=shard, cluster=cluster,
+        progress=progress, command=command, repeat=repeat,
+    )  # fmt: skip
     blocks, sets, size = made.shape
     data = data.assign_coords(block=("point", np.repeat(np.arange(blocks), sets * size)))
     data = data.assign_coords(scrambling=("point", np.tile(np.repeat(np.arange(sets), size), blocks)))
