@@ -107,7 +107,10 @@ def in_order(found: xarray.Dataset) -> xarray.Dataset:
 
 
 def places(found: xarray.Dataset, axis: str) -> Places:
-    """Return an axis's increasing places, as in `in_order`: linear, logarithmic or words."""
+    """Return the places of an axis's values: linear, logarithmic or words.
+
+    The numbers of an axis increase, as those of `in_order`.
+    """
     coordinate = found[axis]
     if coordinate.dtype.kind not in "iuf":
         x = np.arange(coordinate.size, dtype=float)
@@ -136,7 +139,10 @@ def _scale(values: Any) -> Unit:
 
 
 def fitted(unit: str, largest: float) -> Unit:
-    """Return a unit with the prefix that suits a value; none for kilograms and powers."""
+    """Return a unit with the prefix that suits a value.
+
+    Kilograms and powers take no prefix.
+    """
     takes_prefix = unit and not unit.startswith("kg") and not any(letter in unit for letter in "234²³⁴^*")
     return scaled(unit, largest) if takes_prefix else Unit(1.0, unit)
 
@@ -152,7 +158,10 @@ def _named(table: Any, unit: Unit) -> str:
 
 
 def _set_axis(axes: Axes, which: str, place: Places, columns: int = 1) -> None:
-    """Set label, scale, ticks and limits of an axis of one of ``columns`` panels."""
+    """Set label, scale, ticks and limits of an axis of a panel.
+
+    The panel is one of ``columns``.
+    """
     from matplotlib.ticker import LogLocator
 
     getattr(axes, f"set_{which}label")(place.title)
@@ -181,7 +190,10 @@ def _is_tilted(place: Places, columns: int) -> bool:
 
 
 def _lower_margin(place: Places, columns: int) -> float:
-    """Return the margin [inch] for words below a panel, of several lines or tilted."""
+    """Return the margin below a panel [inch].
+
+    Words may take several lines, or be tilted.
+    """
     lines = max((word.count("\n") for word in place.words), default=0)
     tilted = 0.5 * LETTER * _longest(place) if _is_tilted(place, columns) else 0.0
     return 0.6 + 0.14 * lines + tilted
@@ -307,7 +319,10 @@ Line = tuple[int, int, int, int]
 
 
 def _edges(sequences: NDArray[np.int64]) -> list[Line]:
-    """Return lines between neighbours of different, known sequences of contacts."""
+    """Return the lines between neighbours of different sequences of contacts.
+
+    Points without one (-1) have no edge.
+    """
     found: list[Line] = []
     for turned, table in enumerate((sequences, sequences.T)):
         differ = (table[1:] != table[:-1]) & (table[1:] >= 0) & (table[:-1] >= 0)

@@ -164,7 +164,10 @@ def _frame(axes: Axes, scene: SceneRows, norm: Norm, cost: Cost, limits: Limits)
 
 
 def _fronts(axes: Axes, scene: SceneRows, norm: Norm, limits: Limits) -> None:
-    """Draw the front of stepped methods as a staircase with rings, dotted with set-up."""
+    """Draw the front of the methods with steps as a staircase.
+
+    It has rings; the one with set-up is dotted.
+    """
     for cost, style, x, text in ((TIME, "-", 0.56, "front"), (TOTAL, ":", 0.7, "front, set-up included")):
         axes.plot([x, x + 0.04], [1.035] * 2, style, color=MUTED, lw=0.9, transform=axes.transAxes, clip_on=False)
         axes.text(x + 0.05, 1.035, text, color=MUTED, fontsize=7.5, va="center", transform=axes.transAxes)
