@@ -295,7 +295,7 @@ def summarised(
     physics = physics_of(case)
     with spent_on(REFERENCE):
         if budget is None:
-            reference, outlook = outlooks.unasked(*physics, history)
+            reference, outlook = outlooks.of_plain_run(*physics, history)
         else:
             reference = reference_of(*physics, budget)
             outlook = outlooks.of(reference, physics.method)
@@ -357,14 +357,14 @@ def with_fault(summary: dict[str, Any], case: Case) -> dict[str, Any]:
 
 def _fault(error: BaseException) -> dict[str, Any]:
     if not isinstance(error, ImpactlabError):
-        place: dict[str, Any] = {"file": None, "line": None, "path": None, "text": _said(error), "remedy": None}
+        place: dict[str, Any] = {"file": None, "line": None, "path": None, "text": _text_of(error), "remedy": None}
     else:
         place = {"file": error.file or None, "line": error.line, "path": error.path or None, "text": error.text}
         place["remedy"] = error.remedy or None
     return {"kind": type(error).__name__, **place}
 
 
-def _said(error: BaseException) -> str:
+def _text_of(error: BaseException) -> str:
     return "interrupted" if isinstance(error, KeyboardInterrupt) else str(error)[:500] or type(error).__name__
 
 

@@ -64,11 +64,11 @@ def source_key(source: str) -> str | None:
     known = entries()
     if source.strip() in known:
         return source.strip()
-    said = _plain(source)
+    text = _plain(source)
     for key, entry in known.items():
         year, authors = _field(entry, "year"), _field(entry, "author")
         surnames = [_plain(author.partition(",")[0]) for author in authors.split(" and ")]
-        if year and year in said and all(name in said for name in surnames):
+        if year and year in text and all(name in text for name in surnames):
             return key
     return None
 

@@ -37,10 +37,7 @@ class Dispersion:
     """Squared frequency [1/s2] of wave numbers [1/m]."""
 
     def frequency(self, wave_number: ArrayLike) -> Array:
-        """Return the frequency [rad/s] of wave numbers [1/m], of the same shape.
-
-        It is NaN where the wave does not travel.
-        """
+        """Return frequencies [rad/s] of wave numbers [1/m], of their shape; NaN where no wave travels."""
         squared = self.squared(row_of_numbers("the wave number", wave_number))
         return np.asarray(np.sqrt(np.where(squared >= 0.0, squared, np.nan)))
 

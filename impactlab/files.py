@@ -14,11 +14,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from impactlab.casefile.case import Case, case_of
 from impactlab.casefile.document import parse_yaml
-from impactlab.errors import ImpactlabError, expect_path
+from impactlab.errors import NO_ROOM, ImpactlabError, expect_path
 from impactlab.history import dataset as data
-from impactlab.history import netcdf
 from impactlab.history.base import AbstractHistory, ContactSpan
 from impactlab.history.instruments import instrumented, measured_file
 from impactlab.history.sampled import SampledHistory
@@ -29,6 +30,7 @@ from impactlab.report.summary import summarise
 from impactlab.scene.method import Simulation
 
 NETCDF = "history.nc"  # name of the file in the folder of a run
+COMPRESSED = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 
 
 class SavedRun(NamedTuple):
@@ -63,6 +65,8 @@ def write_netcdf(
     ------
     ExtraError
         Without h5netcdf.
+    ImpactlabError
+        If there is no folder to write in, or the file cannot be written.
     """
     expect_path(path, "to_netcdf")
     known = history.case.label if history.case is not None else history.scene.name
@@ -71,10 +75,55 @@ def write_netcdf(
         "summary": json.dumps(summary if summary is not None else summarise(known, history.scene, history)),
         "texts": json.dumps(dict(texts or {})),
     }
-    netcdf.write(Path(path), data.labelled_arrays(history, times), about)
+    _write_arrays(Path(path), data.labelled_arrays(history, times), about)
     if reference is not None:
         of_errors = {"reference": json.dumps([reference.name, *reference[2:]], default=dict)}
-        netcdf.write(Path(path), data.labelled_arrays(reference.history, times), of_errors, data.REFERENCE)
+        _write_arrays(Path(path), data.labelled_arrays(reference.history, times), of_errors, data.REFERENCE)
+
+
+def _write_arrays(path: Path, arrays: data.Labelled, more: Mapping[str, str], group: str | None = None) -> None:
+    """Write labelled arrays and ``more`` attributes to a NetCDF file, or into a group of it.
+
+    h5netcdf writes them: the libraries of arrays that xarray looks for when it writes take seconds to load.
+    """
+    library = data.needed("h5netcdf")
+    folder = path.absolute().parent
+    if not folder.is_dir():
+        raise ImpactlabError(f"there is no folder '{folder}' to write in", remedy="Make it, or give another path.")
+    try:
+        with library.File(path, "w" if group is None else "a") as file:
+            _fill(file if group is None else file.create_group(group), arrays, more)
+    except OSError as error:
+        if error.errno in NO_ROOM:
+            raise
+        raise ImpactlabError(
+            f"the file '{path}' cannot be written: {str(error)[:300]}", remedy="Give another path."
+        ) from error
+
+
+def _fill(group: Any, arrays: data.Labelled, more: Mapping[str, str]) -> None:
+    """Write dimensions, coordinates, variables and attributes into a group."""
+    text = data.needed("h5py").string_dtype()
+    given = {**arrays.coordinates, **arrays.variables}
+    sizes: dict[str, int] = {}
+    for dimensions, values, *_ in given.values():
+        sizes.update(zip(_names(dimensions), np.shape(values), strict=True))
+    group.dimensions = sizes
+    beside = {name: set(_names(each[0])) for name, each in arrays.coordinates.items() if _names(each[0]) != (name,)}
+    for name, (dimensions, values, *attributes) in given.items():
+        names, is_text = _names(dimensions), values.dtype == object
+        packed = COMPRESSED if name in arrays.variables and not is_text and values.size > 1 else {}
+        made = group.create_variable(name, names, text if is_text else values.dtype, **packed)
+        if values.size:
+            made[...] = values
+        places = [each for each, of in beside.items() if name in arrays.variables and of <= set(names)]
+        about = {**(attributes[0] if attributes else {}), **({"coordinates": " ".join(places)} if places else {})}
+        made.attrs.update(about)
+    group.attrs.update({**arrays.attributes, **more})
+
+
+def _names(dimensions: str | tuple[str, ...]) -> tuple[str, ...]:
+    return (dimensions,) if isinstance(dimensions, str) else dimensions
 
 
 def open_netcdf(path: str | Path) -> SampledHistory:

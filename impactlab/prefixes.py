@@ -32,9 +32,6 @@ def prefixed(value: float | None, unit: str) -> str:
 
 
 def prefixed_range(low: float, high: float, unit: str) -> str:
-    """Return a range with its unit, such as ``0 to 600 µs``.
-
-    The prefix is that of the larger size.
-    """
+    """Return a range such as ``0 to 600 µs``, with the prefix of the larger size."""
     shown = scaled(unit, max(abs(float(low)), abs(float(high))))
     return f"{float(low) / shown.size:.4g} to {float(high) / shown.size:.4g} {shown.label}"

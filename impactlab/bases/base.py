@@ -17,10 +17,7 @@ if TYPE_CHECKING:
 
 
 class Span(NamedTuple):
-    """Linearly independent shapes of a mesh, as columns.
-
-    The rigid motion of a free rod lies in their span.
-    """
+    """Linearly independent shapes of a mesh, as columns; those of a free rod span its rigid motion."""
 
     shapes: Array  # (n_mesh_dof, n)
     uncoupled: bool = False  # they are eigenvectors of the mesh, mass-normalised, rigid motion first
@@ -64,10 +61,7 @@ class Completable(Coordinates, Protocol):
 
 
 def quadrature(length: float, modes: int) -> tuple[Array, Array]:
-    """Return places [m] and weights [m] of Gauss quadrature over a body, (n,) each.
-
-    They are fine enough for so many ``modes``.
-    """
+    """Return places [m] and weights [m], (n,) each, of Gauss quadrature fine enough for ``modes``."""
     cells = 4 * modes + 64
     nodes, weights = np.polynomial.legendre.leggauss(8)
     h = length / cells

@@ -80,10 +80,7 @@ class ReducedMesh(Completable):
         return self.mesh.static_compliance(x, quantity, face)
 
     def remainder(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the part of `static` that the coordinates lack.
-
-        It is free of the rounding of a soft body.
-        """
+        """Return the part of `static` that the coordinates lack, free of the rounding of a soft body."""
         mesh = self.mesh
         if face not in self._beyond:
             pressed = mesh.static(mesh.row(face, "displacement"))

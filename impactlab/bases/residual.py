@@ -60,10 +60,7 @@ class WithResiduals(Completable):
         return np.concatenate((own, self._left(x, quantity) @ self._shares)) if self._zeros.size else own
 
     def _left(self, x: float, quantity: Quantity) -> Array:
-        """Return the quantity at x that the modes kept leave out, (faces,).
-
-        It is per unit force at each face.
-        """
+        """Return the quantity at x that the modes kept leave out, (faces,), per unit force there."""
         return np.array([self._basis.remainder(x, quantity, face) for face in self._faces])
 
     def remainder(self, x: float, quantity: Quantity, face: float) -> float:
@@ -78,10 +75,7 @@ class WithResiduals(Completable):
         return np.concatenate((self._basis.project(profile), self._zeros))
 
     def project_uniform(self) -> Array:
-        """Return the momentum of each coordinate at unit velocity, shape (n_dof,).
-
-        That of the modes left out is 0.
-        """
+        """Return the momentum of each coordinate at unit velocity, shape (n_dof,); 0 of modes left out."""
         return np.concatenate((self._basis.project_uniform(), self._zeros))
 
     def grid(self) -> Array:

@@ -58,10 +58,7 @@ class Ritz(AbstractBasis):
 
 
 def orthonormal(vector: Array, found: list[Array], mass: Array) -> Array | None:
-    """Return the part of a vector that is M-orthogonal to others, of unit mass.
-
-    It is None where nothing is left.
-    """
+    """Return the M-orthogonal part of a vector, of unit mass; None where nothing is left."""
     begun = float(np.sqrt(vector @ multiply(mass, vector)))
     rest = vector / begun
     for _ in range(2):

@@ -1,4 +1,1 @@
-"""The bench: methods and settings over a suite of cases.
-
-The rows are kept one by one in one table.
-"""
+"""The bench: methods and settings over a suite of cases, row by row in one table."""

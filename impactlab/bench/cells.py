@@ -1,7 +1,4 @@
-"""The cells of a bench: method, scene and settings of each row.
-
-Each cell has the key of its row.
-"""
+"""The cells of a bench: method, scene, settings and key of each row."""
 
 from __future__ import annotations
 
@@ -35,10 +32,7 @@ class Cell(NamedTuple):
 
 
 class Job(NamedTuple):
-    """The work of one cell, with the scene as first read.
-
-    It was read when the key was taken.
-    """
+    """The work of one cell, with the scene as it was read for its key."""
 
     key: str
     name: str  # of the case
@@ -152,10 +146,7 @@ def bare(case: Case) -> Case:
 
 
 def keys_of(case: Case, method: str, settings: dict[str, Any]) -> tuple[str, str | None]:
-    """Return the key of a method on a case and its reference's.
-
-    The latter is None where the case refuses the method.
-    """
+    """Return the keys of a method on a case and of its reference, None of the latter if refused."""
     try:
         solved = case.solved_by(method, settings)
         return row_key(solved), reference_key(*api.physics_of(solved))

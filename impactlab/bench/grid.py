@@ -1,7 +1,4 @@
-"""The grid: families of methods, each with levels from coarse to fine.
-
-A grid is data, a YAML file.
-"""
+"""The grid, a YAML file: families of methods, each with levels from coarse to fine."""
 
 from __future__ import annotations
 
@@ -65,10 +62,7 @@ class Family:
         return without == (self.scenes == "without_steps")
 
     def values(self, scene: Scene, method: Method, level: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the method that a level makes for a scene.
-
-        It is dotted path to value, as under ``methods`` of a case.
-        """
+        """Return the method of a level for a scene, path to value as under ``methods``."""
         if self.own:
             return dict(self.settings)
         blocks = {part: copy.deepcopy(getattr(self, part)) for part in PARTS}
@@ -98,19 +92,13 @@ def _put(block: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
 
 
 def own_families(case: Case) -> tuple[Family, ...]:
-    """Return the methods that a case names as families.
-
-    They are ``own.NAME`` of one level each; ``own.base`` is the case as written.
-    """
+    """Return the methods of a case as families ``own.NAME`` of one level, and ``own.base``."""
     methods = {"base": {}, **case.checked.methods}
     return tuple(Family(f"own.{name}", f"its method {name}", settings=methods[name], own=True) for name in methods)
 
 
 def of_suite(suite: str) -> Path:
-    """Return the grid file of a suite.
-
-    It is one of its own, such as hard.yaml, or the common one.
-    """
+    """Return the grid file of a suite: its own, such as hard.yaml, or the common one."""
     path = BUILT_IN.parent / f"{suite}.yaml"
     return path if suite.isidentifier() and path.is_file() else BUILT_IN
 
@@ -214,10 +202,7 @@ def _family(name: str, block: Any) -> Family:
 
 
 def _levels(block: Any, path: str) -> tuple[Mapping[str, Any], ...]:
-    """Return the levels of lists of values.
-
-    They are the first of each list, the second of each, and so on.
-    """
+    """Return the levels of lists of values: all first values, all second ones, and so on."""
     _need(isinstance(block, dict), f"{shown(block)} is not a ladder of levels", "Write {path: [value, value]}.", path)
     for key, values in block.items():
         kept = isinstance(values, list) and bool(values)

@@ -74,10 +74,7 @@ def row_key(case: Case) -> str:
 
 
 def refused_key(case: Case, values: Mapping[str, Any]) -> str:
-    """Return the key of a row whose method the case refuses.
-
-    It does so before there is a scene.
-    """
+    """Return the key of a row whose method the case refuses before there is a scene."""
     return _key({"refused": nameless(*case.simulation()), "values": content(values)})
 
 
@@ -94,8 +91,5 @@ def reference_key(scene: Scene, method: Method) -> str:
 
 
 def nameless(scene: Scene, method: Method) -> Any:
-    """Return the content of a scene and its method, without the name.
-
-    The name is that of the file.
-    """
+    """Return the content of a scene and its method, without the name of the file."""
     return [content(dataclasses.replace(scene, name="")), content(method)]

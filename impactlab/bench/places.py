@@ -28,10 +28,7 @@ class Place(NamedTuple):
 def places_of(
     files: Sequence[Path], cells: Iterable[Cell], records: Mapping[str, Mapping[str, Any]]
 ) -> dict[tuple[str, str, str, int], Place]:
-    """Return the fault's place of each row that has one.
-
-    Keys are case, variant, method and level.
-    """
+    """Return the place of each row's fault by case, variant, method and level."""
     by_name = {file.stem: file for file in files}
     read: dict[str, Case] = {}
     found = {}

@@ -1,7 +1,4 @@
-"""One row: a case run once, with summary and status.
-
-An error of any part is a row, too.
-"""
+"""One row: a case run once, with summary and status, or the error of a part."""
 
 from __future__ import annotations
 
@@ -73,10 +70,7 @@ def _record(case: Case, references: References) -> dict[str, Any]:
 
 
 def _parts(case: Case) -> dict[str, Any]:
-    """Return the models, laws, integrator and events of a method.
-
-    They have the form of a summary.
-    """
+    """Return models, laws, integrator and events of a method, as a summary has them."""
     scene, method = case.simulation()
     made = {
         "models": {body.name: describe(model) for body, model in modelled(scene, method)},

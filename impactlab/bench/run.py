@@ -191,10 +191,7 @@ def _run(store: Store, missing: Sequence[Job], options: Options, show: Show) -> 
 def _times(
     store: Store, jobs: Mapping[str, Job], records: Records, options: Options, show: Show, say: Callable[[str], None]
 ) -> Records:
-    """Return the times of all completed rows by key.
-
-    One process takes them, with no other at work.
-    """
+    """Return the times of all completed rows by key, taken by one process alone."""
     completed = [key for key, record in records.items() if has_numbers(record["summary"]["status"])]
     machine = environment()["machine"]
     known = {key: store.get("times", key) for key in completed}

@@ -134,10 +134,7 @@ def columns(metrics: Iterable[str]) -> tuple[str, ...]:
 
 @cache
 def settings_of(text: str) -> dict[str, Any]:
-    """Return the column ``settings`` of a row, path to value.
-
-    It is empty where it holds no JSON object.
-    """
+    """Return the column ``settings`` of a row, path to value; empty for no JSON object."""
     try:
         settings = json.loads(text or "{}")
     except ValueError:

@@ -116,10 +116,7 @@ def _row(cell: Cell, record: Mapping[str, Any], times: Mapping[str, Any]) -> dic
 
 
 def _method(method: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the columns of the method of a run.
-
-    Those of several bodies are joined by +.
-    """
+    """Return the columns of the method of a run; several bodies joined by +."""
     models = list(method["models"].values())
     bases = [model["basis"]["kind"] for model in models if model.get("basis") is not None]
     sizes = {

@@ -42,10 +42,7 @@ MAX_THRICE_S, MAX_TWICE_S = 0.1, 1.0  # of a run that is repeated three times, a
 
 
 def warm_up() -> None:
-    """Run each loop once, so that compiled code is on disk.
-
-    It is needed by several workers afterwards.
-    """
+    """Run each loop once, so that several workers find compiled code on disk."""
     case = case_of("warm_up", "", parse_yaml(WARM_UP))
     for setting in (("solve.events", "dated"), ("solve.events", "located"), ("solve.model", {"kind": "continuous"})):
         driver.run(*case.with_settings([setting]).simulation())
@@ -76,10 +73,7 @@ def row(job: Job) -> dict[str, Any]:
 
 
 def reference(job: Job) -> None:
-    """Find the reference of a cell and keep it.
-
-    It is kept in the folder that the workers of this bench share.
-    """
+    """Find the reference of a cell and keep it in the folder that workers share."""
     _references.of(*api.physics_of(_case(job).solved_by(job.method, job.settings)))
 
 

@@ -1,7 +1,4 @@
-"""Bodies and contacts of a case given in Python.
-
-They are the blocks of a case file, with the same keys, units and defaults.
-"""
+"""Bodies and contacts of a case given in Python, with keys, units and defaults of a case file."""
 
 from __future__ import annotations
 

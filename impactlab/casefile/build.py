@@ -102,10 +102,7 @@ def _bodies(case: CaseBlock, contacts: tuple[Contact, ...], parts: Mapping[str, 
 
 
 def _laws(case: CaseBlock, by_block: Sequence[list[Contact]], registry: Registry) -> dict[str, AbstractContactLaw]:
-    """Return the law of each contact by its name.
-
-    Contacts that are made from one block share a law.
-    """
+    """Return the law of each contact by its name; contacts from one block share it."""
     laws: dict[str, AbstractContactLaw] = {}
     read: dict[tuple[int, int | None], AbstractContactLaw] = {}
     for number, contacts in enumerate(by_block):
@@ -197,10 +194,7 @@ def part_faults(data: Mapping[str, Any], registry: Registry) -> list[ImpactlabEr
 
 
 def _models(case: CaseBlock, registry: Registry) -> dict[str, AbstractRodModel]:
-    """Return the models of rods and beams by name.
-
-    There are none under a tolerance: the automatic choice finds them.
-    """
+    """Return the models of rods and beams by name; none under a tolerance, which finds them."""
     models = {}
     for name, block in case.bodies.items():
         if case.solve.tolerance is None and isinstance(block, ElasticBlock):
@@ -219,10 +213,7 @@ def _body(case: CaseBlock, name: str) -> Body:
 
 
 def _contacts(given: CaseContact, parts: Mapping[str, PartMechanism]) -> list[Contact]:
-    """Return the contacts of a block.
-
-    They are one, or one for each of its pieces along a body.
-    """
+    """Return the contact of a block, or those of its pieces along a body."""
     block, faces = given.block, given.faces
     paths = [f"contacts.{given.number}.between.{side}" for side in (0, 1)]
     group = block.name or ("|".join(face.point.label for face in faces) if block.pieces is not None else "")

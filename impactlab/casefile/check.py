@@ -1,7 +1,4 @@
-"""Rules on several keys of a case together, in order.
-
-They are checked before a scene is built.
-"""
+"""Rules on several keys of a case together, checked in order before a scene is built."""
 
 from __future__ import annotations
 

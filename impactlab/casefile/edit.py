@@ -1,7 +1,4 @@
-"""Changes of case values by dotted path.
-
-They serve ``--set``, ``with_``, the ``methods`` and the ``variants`` of a case.
-"""
+"""Changes of case values by dotted path, for ``--set``, ``with_``, ``methods`` and ``variants``."""
 
 from __future__ import annotations
 
@@ -112,10 +109,7 @@ def numbered(data: Mapping[str, Any], path: str) -> str:
 
 
 def _replaced(keys: Keys, value: Any) -> set[str]:
-    """Return the keys of ``solve`` that a value replaces.
-
-    A tolerance and a description replace each other.
-    """
+    """Return the keys of ``solve`` that a value replaces, as tolerance and description do each other."""
     if keys[0] != "solve":
         return set()
     given = {keys[1]: value} if len(keys) > 1 else value if isinstance(value, dict) else {}
@@ -200,10 +194,7 @@ def refuse_unknown_body(data: Mapping[str, Any], path: str) -> None:
 
 
 def _holder(data: Any, keys: Keys, path: str) -> Any:
-    """Return the block that holds the last key, as a copy.
-
-    Those above it are copied, too; all others are shared.
-    """
+    """Return the block that holds the last key, copied with those above it."""
     holder = data
     for place, key in enumerate(keys[:-1]):
         found = _key_in(holder, key, path)
@@ -251,10 +242,7 @@ def _default_block(keys: Keys, holder: dict[str, Any]) -> dict[str, Any]:
 
 
 def _constants(data: Mapping[str, Any], keys: Keys, name: Any) -> dict[str, Any]:
-    """Return the constants of a named material of which one is set.
-
-    They are empty for other blocks.
-    """
+    """Return the constants of a named material of which one is set, else nothing."""
     if "material" not in keys or name not in MATERIALS:
         return {}
     bodies = data.get("bodies")

@@ -1,7 +1,4 @@
-"""Checks of bodies with an infinite end at t = 0.
-
-They must rest, be unstrained at that end, and have no weight.
-"""
+"""Checks of bodies with an infinite end at t = 0: at rest, unstrained there, and without weight."""
 
 from __future__ import annotations
 
@@ -73,10 +70,7 @@ def check_rest(case: CaseBlock, body: ElasticBody, gravity: float) -> None:
 
 
 def _strained(body: ElasticBody, side: str, slope: float, path: str, dashpot: str) -> CaseError:
-    """Return the error of a body with strain at an infinite end.
-
-    This is a slope of its displacement.
-    """
+    """Return the error of a body with strain, a slope, at an infinite end."""
     key, given = "displacement", f"strain of {slope:.6g}"
     if body.kind == "shaft":
         key, given = "twist", f"twist of {slope / getattr(body, 'lever_arm', 1.0):.6g} rad/m"
@@ -167,9 +161,6 @@ def slope_at_end(body: ElasticBody, side: str) -> float:
 
 
 def _impedance(body: ElasticBody, side: str) -> float:
-    """Return the dashpot of an infinite end in the block's unit.
-
-    It is N s/m, of a shaft N m s.
-    """
+    """Return the dashpot of an infinite end in N s/m, of a shaft in N m s."""
     value = (body.left if side == "left" else body.right).value
     return value * getattr(body, "lever_arm", 1.0) ** 2

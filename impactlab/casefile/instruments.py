@@ -34,10 +34,7 @@ def _length(body: BodyBlock) -> float:
 
 
 def instruments_are_whole(case: CaseBlock) -> None:
-    """Raise `CaseError` where keys of an instrument conflict.
-
-    Its gauge must lie on the bar, too.
-    """
+    """Raise `CaseError` where keys of an instrument conflict, or its gauge leaves the bar."""
     for number, block in enumerate(case.probes):
         path = f"probes.{number}"
         for key, other, words in (

@@ -1,7 +1,4 @@
-"""Keys of the blocks that are given in Python.
-
-Unknown ones are refused as the block is made.
-"""
+"""Keys of blocks given in Python; unknown ones are refused as a block is made."""
 
 from __future__ import annotations
 
@@ -44,10 +41,7 @@ class BodyKeys(dict[str, Any]):
 
 
 def given(arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the keys that a constructor was given.
-
-    They are taken from its local variables: parameters, and those in ``others``.
-    """
+    """Return the keys given to a constructor: parameters among its local variables, and ``others``."""
     named = {key: value for key, value in arguments.items() if key not in ("self", "others", "__class__")}
     return {**named, **arguments["others"]}
 

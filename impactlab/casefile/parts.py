@@ -74,10 +74,7 @@ def _made(part: type[Any], model: type[BaseModel], given: Mapping[str, Any], pat
 
 
 def _with_exponent(text: str, path: str, unit: str, part: Any, given: Mapping[str, Any]) -> float | str:
-    """Return a number with a unit in SI.
-
-    The power of the unit is the option ``exponent`` of the part.
-    """
+    """Return in SI a number whose unit has the power of the part's option ``exponent``."""
     n = given.get("exponent", getattr(part, "exponent", None))
     if isinstance(n, bool) or not isinstance(n, (int, float)):
         return text
@@ -100,10 +97,7 @@ def _read_inside(value: Any, path: str, group: Group, registry: Registry) -> Any
 
 
 def records_of(field: dataclasses.Field[Any]) -> tuple[type[Any], ...]:
-    """Return the classes of the record in a field.
-
-    They are empty for plain values and for parts.
-    """
+    """Return the classes of the record in a field; none of plain values and parts."""
     found: tuple[type[Any], ...] = field.metadata.get("records", ())
     return found
 

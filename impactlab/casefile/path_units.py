@@ -83,10 +83,7 @@ def entry(block: Any, key: str) -> Any:
 
 
 def _unit_of_end(ends: BaseModel, side: str, key: str) -> str:
-    """Return the unit of a number of an end's support.
-
-    It is read from the schema of that end.
-    """
+    """Return the unit of a number of an end's support, from the schema of that end."""
     for annotation in type(ends).model_fields[side].metadata:
         for choice in annotation.schema["anyOf"]:
             if unit := choice.get("properties", {}).get(key, {}).get("unit"):

@@ -1,7 +1,4 @@
-"""Lines of values in a case file, for errors.
-
-A value may also come from an option, which the error then names.
-"""
+"""Lines of values in a case file, or the options that gave them, for errors."""
 
 from __future__ import annotations
 

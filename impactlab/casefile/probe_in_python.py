@@ -1,7 +1,4 @@
-"""A probe of a case given in Python.
-
-It is the block of a case file, with the same keys, units and defaults.
-"""
+"""A probe of a case given in Python, with keys, units and defaults of its block in a case file."""
 
 from __future__ import annotations
 

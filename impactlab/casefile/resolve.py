@@ -5,33 +5,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from impactlab.casefile.blocks.beams import BeamBlock, shear_of
 from impactlab.casefile.blocks.origins import Origin, Origins
-from impactlab.casefile.blocks.rods import RodBlock
-from impactlab.casefile.blocks.shared import ElasticBlock, end_values, profile_values
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
 from impactlab.casefile.contacts import faces_of
 from impactlab.casefile.instruments import given
 from impactlab.casefile.mechanisms import direction
 from impactlab.casefile.parts import describe_part
-from impactlab.casefile.schema import BodyBlock, CaseBlock, Frames
+from impactlab.casefile.schema import CaseBlock, Frames
 from impactlab.contact.relative import relative_options
-from impactlab.scene.bodies import (
-    Beam,
-    BeamSegment,
-    Body,
-    ElasticBody,
-    Link,
-    Mass,
-    Mechanism,
-    MechanismBody,
-    PartMechanism,
-    Segment,
-)
+from impactlab.scene.bodies import Beam, Link, Mechanism, MechanismBody, PartMechanism
 from impactlab.scene.facts import steady_facts
 from impactlab.scene.method import Method, models_of, sides
 from impactlab.scene.problem import Scene
@@ -63,7 +48,7 @@ def _resolved(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
         "schema_version": 1,
         "title": case.title,
         "source": case.source,
-        "bodies": {name: _body(scene.bodies[name], block) for name, block in case.bodies.items() if name not in links}
+        "bodies": {name: each.described(scene.bodies[name]) for name, each in case.bodies.items() if name not in links}
         | {name: _link(link, case.bodies[name]) for name, link in links.items()},
         **({"mechanisms": {each.name: _mechanism(each, case) for each in mechanisms}} if mechanisms else {}),
         "contacts": _contacts(case, scene, method),
@@ -118,30 +103,11 @@ def _described(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
     return solve
 
 
-def _body(body: Body, block: BodyBlock) -> dict[str, Any]:
-    if isinstance(body, Mass):
-        return {"kind": "mass", "mass": body.mass, "velocity": body.velocity, **_rotation(body)}
-    if not isinstance(body, ElasticBody):
-        return {"kind": "wall"}
-    if isinstance(block, ElasticBlock) and not isinstance(block, RodBlock | BeamBlock):
-        return block.described()
-    segments = _pieces(body, block)
-    in_segments = len(segments) > 1 or getattr(block, "segments", None) is not None
-    shape: dict[str, Any] = {"segments": segments} if in_segments else segments[0]
-    values = {"kind": body.kind, **shape, "ends": {"left": end_values(body.left), "right": end_values(body.right)}}
-    if isinstance(body, Beam):
-        values |= {"theory": body.theory, "tension": body.tension}
-    values["damping"] = {"mass": body.damping.mass, "stiffness": body.damping.stiffness}
-    values["velocity"] = body.velocity
-    values |= _rotation(body)
-    return values | profile_values("displacement", body.displacement)
-
-
-def _link(link: Link, block: BodyBlock) -> dict[str, Any]:
+def _link(link: Link, block: Any) -> dict[str, Any]:
     if link.beam is None:
-        return {"kind": "link", "length": link.length, "mass": link.mass, "inertia": link.inertia}
-    segments = _pieces(link.beam, block)
-    return {"kind": "beam", **(segments[0] if len(segments) == 1 else {"segments": segments})}
+        return dict(block.described(link))
+    pieces = block.described_pieces(link.beam.segments)
+    return {"kind": "beam", **(pieces[0] if len(pieces) == 1 else {"segments": pieces})}
 
 
 def _mechanism(mechanism: MechanismBody, case: CaseBlock) -> dict[str, Any]:
@@ -159,35 +125,6 @@ def _mechanism(mechanism: MechanismBody, case: CaseBlock) -> dict[str, Any]:
     return {"links": links, "end": "free" if mechanism.slide is None else {"slide": mechanism.slide}}
 
 
-def _rotation(body: Body) -> dict[str, Any]:
-    """Return the rotation of a body as a case gives it.
-
-    A body at rest has no key.
-    """
-    if body.rotation is None:
-        return {}
-    given = {"rate": body.rotation.rate, "axis_at": body.rotation.axis_at}
-    return {"rotation": given if body.rotation.plane == "axial" else given | {"plane": body.rotation.plane}}
-
-
-def _pieces(body: ElasticBody, block: BodyBlock) -> list[dict[str, Any]]:
-    found = [_piece(piece) for piece in body.segments]
-    if isinstance(block, BeamBlock) and isinstance(body, Beam) and body.theory == "timoshenko":
-        for values, piece in zip(found, block.pieces, strict=True):
-            values["section"]["shear_factor"], values["material"]["shear_modulus"] = shear_of(piece)
-    return found
-
-
-def _piece(piece: Segment) -> dict[str, Any]:
-    material = {"young": piece.young, "density": piece.density, "viscosity": piece.viscosity}
-    if not isinstance(piece, BeamSegment):
-        return {"length": piece.length, "area": piece.area, "material": material}
-    section = {"area": piece.area, "inertia": piece.inertia}
-    if math.isfinite(piece.height):
-        section["height"] = piece.height
-    return {"length": piece.length, "section": section, "material": material}
-
-
 def _relative_options(scene: Scene, method: Method) -> dict[str, Any]:
     """Return the options of laws that are relative to rods, in SI.
 
@@ -203,20 +140,19 @@ def _relative_options(scene: Scene, method: Method) -> dict[str, Any]:
 
 def _derived(scene: Scene) -> dict[str, Any]:
     derived: dict[str, dict[str, Any]] = {"rods": {}, "beams": {}}  # of other kinds where there are some
-    for name, body in scene.bodies.items():
-        if isinstance(body, ElasticBody):
-            known = {
-                "mass": body.mass,
-                "round_trip": body.round_trip,
-                "wave_speed": [piece.wave_speed for piece in body.segments],
-            }
-            if isinstance(body, Beam):
-                known["bending_stiffness"] = [piece.bending_stiffness for piece in body.segments]
-                if body.theory == "timoshenko":
-                    known["shear_speed"] = [piece.shear_speed for piece in body.segments]
-            else:
-                known["impedance"] = [piece.impedance for piece in body.segments]
-            derived.setdefault(f"{body.kind}s", {})[name] = known
+    for name, body in scene.elastic.items():
+        known = {
+            "mass": body.mass,
+            "round_trip": body.round_trip,
+            "wave_speed": [piece.wave_speed for piece in body.segments],
+        }
+        if isinstance(body, Beam):
+            known["bending_stiffness"] = [piece.bending_stiffness for piece in body.segments]
+            if body.theory == "timoshenko":
+                known["shear_speed"] = [piece.shear_speed for piece in body.segments]
+        else:
+            known["impedance"] = [piece.impedance for piece in body.segments]
+        derived.setdefault(f"{body.kind}s", {})[name] = known
     if steady := steady_facts(scene):
         derived["rotation"] = dict(steady)
     return {**derived, "contacts": [contact.name for contact in scene.contacts]}

@@ -1,7 +1,4 @@
-"""The case format, version 1: the allowed keys and their units.
-
-Parts are read separately, by their own fields.
-"""
+"""The case format, version 1: the allowed keys and their units, without those of parts."""
 
 from __future__ import annotations
 
@@ -30,6 +27,7 @@ from impactlab.casefile.blocks.shared import (
     Text,
     Time,
     Velocity,
+    rotation_values,
 )
 from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.faults import refuse
@@ -37,6 +35,7 @@ from impactlab.casefile.values.fields import Allowed, Reader, object_schema, qua
 from impactlab.casefile.values.units import strain_of
 from impactlab.errors import CaseError
 from impactlab.history.units import UNITS
+from impactlab.scene.bodies import Body
 from impactlab.scene.method import COUNTED
 from impactlab.scene.problem import RECORDS
 
@@ -69,6 +68,10 @@ class MassBlock(Block):
     rotation: RotationBlock | None = Field(None, description="steady rotation; none if not given")
     repeat: Repeat = REPEAT
 
+    def described(self, body: Body) -> dict[str, Any]:
+        """Return the block of a body in SI."""
+        return {"kind": "mass", "mass": body.rigid_mass, "velocity": body.velocity, **rotation_values(body.rotation)}
+
 
 class WallBlock(Block):
     """A rigid body that never moves."""
@@ -82,6 +85,10 @@ class WallBlock(Block):
         if isinstance(given, dict) and "rotation" in given:
             raise refuse("a wall has no rotation of its own: it turns with the bodies that it meets. Remove the key")
         return given
+
+    def described(self, body: Body) -> dict[str, Any]:
+        """Return the block of a body in SI."""
+        return {"kind": "wall"}
 
 
 BodyBlock = Annotated[

@@ -1,7 +1,4 @@
-"""A case file with values given by ``--set``.
-
-They are put in place first, and the resulting case is checked.
-"""
+"""A case file with values given by ``--set``, put in place before it is checked."""
 
 from __future__ import annotations
 

@@ -57,10 +57,7 @@ def write_starter(name: str, folder: Path, kind: str) -> Path:
 
 
 def write_copy(file: Path, name: str, folder: Path) -> Path:
-    """Copy a case file and its tables into a folder; return its path.
-
-    It becomes ``name.yaml`` and replaces no file.
-    """
+    """Copy a case file and its tables into a folder as a new ``name.yaml``; return its path."""
     name = name.removesuffix(".yaml")
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_-]{0,59}", name):
         raise CaseError(

@@ -125,10 +125,7 @@ def _rates(
 
 
 def _check_rates(bodies: Mapping[str, Body], contacts: tuple[Contact, ...], rates: Mapping[str, float]) -> None:
-    """Raise `CaseError` where bodies that meet turn at different rates [rad/s].
-
-    Walls turn with the frame.
-    """
+    """Raise `CaseError` where bodies, except walls, that meet turn at different rates [rad/s]."""
     for number, contact in enumerate(contacts):
         names = contact.left.body, contact.right.body
         left, right = (rates.get(name, 0.0) for name in names)

@@ -1,7 +1,4 @@
-"""Modules that commands use, each imported on first use.
-
-``impactlab --help`` needs none of them.
-"""
+"""Modules that commands use, each imported on first use: ``impactlab --help`` needs none."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Failures of a command: a message on standard error, JSON, an exit code.
-
-The JSON document is printed with ``--json``.
-"""
+"""Failures of a command: a message on standard error, an exit code and, with ``--json``, a document."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ def run(
                 origin = provenance.of_case(loaded, command_line(context))
                 data = files.write_data(draft, history, summary, against, origin._asdict())
                 try:
-                    run_report.write_run(draft, summary, history, loaded.scene(), against, origin, drawn_as, data)
+                    run_report.write_run(draft, summary, history, against, origin, drawn_as, data)
                 except (ImpactlabError, OSError, MemoryError):
                     raise
                 except Exception as error:  # noqa: BLE001 - raised below, when the data of the run are in place

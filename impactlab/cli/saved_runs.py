@@ -37,9 +37,7 @@ def report(
         console.say(f"drawing figures for {out} ...")
         with output.output_folder(out) as draft:
             data = files.write_data(draft, kept.history, kept.summary, kept.reference, origin._asdict())
-            run_report.write_run(
-                draft, kept.summary, kept.history, kept.history.scene, kept.reference, origin, drawn_as, data
-            )
+            run_report.write_run(draft, kept.summary, kept.history, kept.reference, origin, drawn_as, data)
         console.say(f"written: {out}")
 
 

@@ -1,7 +1,4 @@
-"""Identification of dispersive waves: the general form of the 1999 paper's law.
-
-It is for waves of any speed, on rods and on beams.
-"""
+"""Identification of dispersive waves on rods and beams: the general form of the 1999 paper's law."""
 
 from __future__ import annotations
 

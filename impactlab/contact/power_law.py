@@ -40,10 +40,7 @@ COARSE = Noted(
 
 @UNPACK
 def approach_speed(port: Port, reply: Reply) -> float:
-    """Return the speed of approach at the touch [m/s], at least the lowest allowed.
-
-    A slower approach is counted.
-    """
+    """Return the speed of approach at the touch [m/s]; count one below the lowest allowed."""
     speed = port.memory[1]
     if speed == 0.0:
         gap, free_gap = port.gap, port.free_gap
@@ -60,10 +57,7 @@ def approach_speed(port: Port, reply: Reply) -> float:
 
 @UNPACK
 def at_start(port: Port, reply: Reply, gain: float) -> float:
-    """Write force and stored energy for a force at the start of the step.
-
-    Return the energy lost [J].
-    """
+    """Write force and stored energy for a force at the step's start; return the loss [J]."""
     stiffness, n = port.parameters[0], port.parameters[1]
     gap, compliance = port.gap, port.gap_per_force
     before = max(0.0, -gap)

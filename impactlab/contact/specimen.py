@@ -183,10 +183,7 @@ class Specimen(AbstractContactLaw):
         return self.tension
 
     def branches(self) -> Branches | None:
-        """Return the branches of a specimen whose flow stress is linear and independent of rate.
-
-        Otherwise return None.
-        """
+        """Return the branches of a specimen whose flow stress is linear and independent of rate, else None."""
         if not isinstance(self.flow, LinearFlow) or self.rate is not None:
             return None
         made = yielding_both if self.tension else one_sided

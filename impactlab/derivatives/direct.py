@@ -151,17 +151,11 @@ class Direct:
         return total
 
     def speed(self, name: str, time: float, later: float) -> float:
-        """Return the derivative of the speed of a body in a collision.
-
-        It is 0 for a held body.
-        """
+        """Return the derivative of the speed of a body in a collision; 0 if held."""
         return 0.0 if self.scene.bodies[name].is_held else self.velocity(name, time, later)
 
     def velocity(self, name: str, time: float, later: float) -> float:
-        """Return the derivative of the mean velocity of a body; 0 for a wall.
-
-        It is momentum over mass.
-        """
+        """Return the derivative of the mean velocity of a body, momentum over mass; 0 for a wall."""
         if not self.scene.bodies[name].moves:
             return 0.0
         mass = of_mass = 0.0
@@ -200,10 +194,7 @@ class Direct:
         return total
 
     def sampled(self, channel: str, times: Array) -> Array:
-        """Return the derivatives of a channel at fixed times, (n,).
-
-        They are NaN where there is no formula or a front passes.
-        """
+        """Return the derivatives of a channel at fixed times, (n,), NaN without formula or at fronts."""
         quantity, _, rest = channel.partition(":")
         still = np.zeros(len(times))
         if quantity == "force" and rest in self.number:

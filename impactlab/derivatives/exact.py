@@ -1,7 +1,4 @@
-"""Derivatives of exact runs by tangents, or by differences of runs.
-
-Differences are used where tangents do not hold.
-"""
+"""Derivatives of exact runs by tangents or, where these do not hold, by differences of runs."""
 
 from __future__ import annotations
 

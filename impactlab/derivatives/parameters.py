@@ -75,10 +75,7 @@ def refuse_held(paths: str | Sequence[str]) -> None:
 
 
 def refuse_twice(case: Case, paths: Sequence[str]) -> None:
-    """Raise `CaseError` where two paths lead to one number.
-
-    They may be alike, or name a contact by number and by name.
-    """
+    """Raise `CaseError` where two paths, alike or by number and name, lead to one number."""
     before: dict[str, str] = {}
     for path in paths:
         number = numbered(case.document.data, path)

@@ -255,17 +255,14 @@ def _absent(each: WantedQuantity, value: float) -> str:
 
 
 def _stepped(parameter: Parameter, flat: FlatValues, found: list[list[Difference]]) -> Iterator[Sensitivity]:
-    """Yield the derivatives of a stepped run.
-
-    Its sequence of contacts is known as far as the differences reach.
-    """
+    """Yield the derivatives of a stepped run, its contact sequence known as far as differences reach."""
     flattened = [each for row in found for each in row]
-    for (asked_for, label), each in zip(flat.names, flattened, strict=True):
+    for (wanted, label), each in zip(flat.names, flattened, strict=True):
         lower, upper = (parameter.value + side * (each.reach or math.nan) for side in (-1, 1))
-        reason = each.reason and (_absent(asked_for, each.value) or each.reason)
-        if extreme_in(asked_for.name):
-            each, reason = each._replace(derivative=math.nan), _no_slope(asked_for.name)
+        reason = each.reason and (_absent(wanted, each.value) or each.reason)
+        if extreme_in(wanted.name):
+            each, reason = each._replace(derivative=math.nan), _no_slope(wanted.name)
         yield Sensitivity(
-            asked_for.name, label, asked_for.unit, parameter.path, parameter.value, parameter.unit, each.value,
+            wanted.name, label, wanted.unit, parameter.path, parameter.value, parameter.unit, each.value,
             each.derivative, each.error, WITHHELD if reason else DIFFERENCES, math.nan, math.nan, lower, upper, reason,
         )  # fmt: skip

@@ -1,7 +1,4 @@
-"""Central differences of sixth order, and one-sided differences beside them.
-
-They give derivatives of several values by one number.
-"""
+"""Derivatives of several values by one number: central differences of sixth order, and one-sided ones."""
 
 from __future__ import annotations
 
@@ -23,10 +20,7 @@ ROUNDING = 1.0e-14  # of a value of a run with tangents
 
 
 class Slopes(NamedTuple):
-    """Derivatives of several values, their errors, and those from either side.
-
-    They are NaN where they are not known.
-    """
+    """Derivatives of several values, their errors, and those from either side; NaN where not known."""
 
     middle: Array
     error: Array

@@ -115,10 +115,7 @@ def _number(value: float, digits: int = 6) -> str:
 
 
 def _is_unknown(row: Sensitivity) -> bool:
-    """Return whether the error of a derivative exceeds the derivative.
-
-    Then no digit of it is known.
-    """
+    """Return whether the error of a derivative exceeds it, so that no digit is known."""
     return 0.0 < abs(row.derivative) < row.error < math.inf
 
 

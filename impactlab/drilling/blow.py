@@ -1,7 +1,4 @@
-"""One blow of a percussive drill: work, efficiency, penetration and remaining energy.
-
-The work is that on the rock.
-"""
+"""One blow of a percussive drill: work on the rock, efficiency, penetration and remaining energy."""
 
 from __future__ import annotations
 
@@ -107,10 +104,7 @@ def blow(case: Case | Simulation) -> Blow:
 
 
 def blow_of(history: AbstractHistory) -> Blow:
-    """Return the effect of the blow of a run on the rock.
-
-    Raise and warn as `blow` does.
-    """
+    """Return the effect of the blow of a run on the rock; raise and warn as `blow`."""
     expect(history, AbstractHistory, "Give the history of a run: il.run(case). Of a case, take drilling.blow.")
     laws = history.method.laws
     drill = drill_of(history.scene, laws)

@@ -34,10 +34,7 @@ from impactlab.types import Array
 
 @EXACT_PART
 def threshold(m: MarchArrays, c: int, until: Array) -> float:
-    """Return the value that the quantity of an end passes.
-
-    The memory of the law moves it.
-    """
+    """Return the value, moved by the law's memory, that the quantity of an end passes."""
     contact = m.contacts[c]
     kept = contact.set if until[OF] == APPROACH else contact.largest
     return float(until[VALUE] + until[REMEMBERED] * kept)
@@ -45,10 +42,7 @@ def threshold(m: MarchArrays, c: int, until: Array) -> float:
 
 @EXACT_PART
 def beyond(m: MarchArrays, j: int, c: int, until: Array, n: int) -> float:
-    """Write the distance of a quantity to its value; return its tolerance.
-
-    It is written to the trial row.
-    """
+    """Write the distance of a quantity to its value to the trial row; return its tolerance."""
     state, junction, contact = m.state[0], m.junctions[j], m.contacts[c]
     base, nodes = junction.first_node, junction.nodes
     a, b = contact.left - base, contact.right - base
@@ -88,10 +82,7 @@ def find(m: MarchArrays, j: int, n: int) -> None:
 
 @EXACT_INLINE
 def change(m: MarchArrays) -> None:
-    """Take the contact of the event found to its next branch.
-
-    The kind of the event becomes that of the change.
-    """
+    """Take the event's contact to its next branch, and the event to that kind."""
     state = m.state[0]
     contact = m.contacts[state.contact]
     until = m.stack[contact.branch][UNTIL + WIDE * (state.kind - CHANGE) :]

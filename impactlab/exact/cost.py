@@ -89,10 +89,7 @@ def begin(scene: Scene, method: Method) -> StartedMarch:
 
 
 def _extrapolated(counts: list[tuple[float, float]], duration: float) -> float:
-    """Return the predicted time of the whole march [s].
-
-    It follows from the power of time that the last two counts show.
-    """
+    """Return the time of the whole march [s], extrapolated by the power of the last counts."""
     reached, cost = counts[-1]
     before, less = counts[-2] if len(counts) > 1 else (0.0, 0.0)
     power = 1.0

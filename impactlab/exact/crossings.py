@@ -1,7 +1,4 @@
-"""Event detection of a junction: first downward zero crossings in an interval.
-
-Crossings are those of forces or gaps; the code is compiled.
-"""
+"""Event detection of a junction, compiled: first downward zero crossings of forces or gaps in an interval."""
 
 from __future__ import annotations
 
@@ -19,10 +16,7 @@ MIN_TOUCH = 10.0
 
 @EXACT_PART
 def least_force(m: MarchArrays, j: int, c: int, n: int) -> float:
-    """Return the force below which contact c counts as unloaded [N].
-
-    It covers rounding, also that of a stiff spring.
-    """
+    """Return the force [N], above a stiff spring's rounding, below which contact c is unloaded."""
     state, junction, contact = m.state[0], m.junctions[j], m.contacts[c]
     none = ZERO_TOL * state.fastest * contact.impedance
     if contact.stiffness >= 0.0:
@@ -92,10 +86,7 @@ def first_crossing_of(m: MarchArrays, base: int, c: int, n: int, floor: float) -
 
 @EXACT_INLINE
 def is_unloaded(m: MarchArrays, c: int, force: Array, n: int, no_force: float) -> bool:
-    """Return whether hard faces without mass are in contact without a force.
-
-    Such faces count as open.
-    """
+    """Return whether hard faces without mass touch without a force, and so count as open."""
     contact = m.contacts[c]
     if contact.closed == 0 or contact.stiffness >= 0.0 or m.nodes[contact.left].bare == 0:
         return False
@@ -163,10 +154,7 @@ def next_change_of_contact(m: MarchArrays, j: int, n: int) -> float:
 
 @EXACT_PART
 def next_event(m: MarchArrays, j: int, n: int) -> float:
-    """Return the place in [-1, 1] of the first event, 2 for none.
-
-    The state holds its contact (or -1) and kind.
-    """
+    """Return the place in [-1, 1] of the first event, 2 for none; keep contact and kind."""
     place = next_change_of_contact(m, j, n)
     if m.junctions[j].branched == 1:
         m.state[0].place = place

@@ -185,10 +185,7 @@ def without_layer(rate: float, b: Array, first: float, n: int, floor: float, y: 
 
 @EXACT_PART
 def split(part: Array, early: Array, late: Array, floor: float) -> None:
-    """Write the two halves of a part.
-
-    The late one takes its place, the early one stands on top of it.
-    """
+    """Write the halves of a part: the late one in its place, the early one on top."""
     middle = 0.5 * (part[LOW] + part[HIGH])
     size = int(part[SIZE])
     early[SIZE] = chopped(early, restrict(part, size, -1.0, 0.0, early), 1e-3 * floor)

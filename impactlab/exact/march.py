@@ -55,10 +55,7 @@ def horizon(m: MarchArrays, j: int) -> float:
 
 @EXACT_PART
 def arrivals(m: MarchArrays, j: int, t0: float, t1: float) -> int:
-    """Write the waves arriving at junction j; return their number of coefficients.
-
-    They arrive at its ends on [t0, t1].
-    """
+    """Write the waves arriving at junction j on [t0, t1]; return their number of coefficients."""
     state, junction = m.state[0], m.junctions[j]
     room = len(m.pieces) // len(m.junctions)
     longest = 1
@@ -90,10 +87,7 @@ def arrivals(m: MarchArrays, j: int, t0: float, t1: float) -> int:
 
 @EXACT_PART
 def keep(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> None:
-    """Write the record of junction j on [t0, t1].
-
-    The junction is moved to its end.
-    """
+    """Write the record of junction j on [t0, t1]; move the junction to its end."""
     state, junction = m.state[0], m.junctions[j]
     nodes, ends = junction.nodes, junction.ends
     last = len(m.pieces) // len(m.junctions) * j + junction.records - 1
@@ -133,10 +127,7 @@ def keep(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> None:
 
 @EXACT_PART
 def apply_event(m: MarchArrays, j: int, t: float) -> bool:
-    """Apply the event found; return False if events accumulate.
-
-    It opens or closes a contact, or changes its branch.
-    """
+    """Open or close a contact, or change its branch; return False if events accumulate."""
     state, junction = m.state[0], m.junctions[j]
     event, contact = m.events[state.events], m.contacts[state.contact]
     if state.kind >= CHANGE:
@@ -252,10 +243,7 @@ def prepared(log: Log) -> Log:
 
 
 def _largest(values: Array) -> float:
-    """Return the largest value; -1 for no values.
-
-    For few values numpy takes five times as long.
-    """
+    """Return the largest of few values, -1 for none, in a fifth of numpy's time."""
     return float(max(values.tolist(), default=-1.0))
 
 

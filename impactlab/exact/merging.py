@@ -21,10 +21,7 @@ MAX_POINTS = 36  # of a merged piece: half the capacity, so that it can still be
 
 @EXACT_PART
 def jump_floor(m: MarchArrays, j: int, row: int, n: int) -> float:
-    """Return the largest jump of a row that merging may remove.
-
-    It is negative for rows that are integrals of others.
-    """
+    """Return the largest jump that merging may remove from a row; negative for integrals of others."""
     state, junction = m.state[0], m.junctions[j]
     nodes, ends = junction.nodes, junction.ends
     if row < nodes or 2 * nodes <= row < 2 * nodes + ends:

@@ -85,10 +85,7 @@ def tail(a: Array, n: int) -> float:
 
 @EXACT_PART
 def solve_group(m: MarchArrays, j: int, i: int, half: float, longest: int) -> int:
-    """Write the velocity of a group with mass; return its coefficients.
-
-    The group is that of node i; 0 where not resolved.
-    """
+    """Write the velocity of node i's massive group; return its coefficients, 0 if unresolved."""
     state, node = m.state[0], m.nodes[i]
     group, base = m.nodes[node.group], m.junctions[j].first_node
     load, out = m.load[node.group - base], m.rows[node.group - base]
@@ -119,10 +116,7 @@ def solve_group(m: MarchArrays, j: int, i: int, half: float, longest: int) -> in
 
 @EXACT_PART
 def solve_nodes(m: MarchArrays, j: int, half: float, longest: int) -> int:
-    """Write the velocities of junction j's nodes; return their number of coefficients.
-
-    It is 0 where not resolved.
-    """
+    """Write the velocities of junction j's nodes; return their number of coefficients, 0 if unresolved."""
     state, junction = m.state[0], m.junctions[j]
     base = junction.first_node
     tied = group_nodes(m, j, longest)
@@ -197,10 +191,7 @@ def balance(m: MarchArrays, j: int, c: int, n: int, force: Array) -> None:
 
 @EXACT_PART
 def fill_rows(m: MarchArrays, j: int, half: float, longest: int, n: int) -> int:
-    """Write the remaining rows of a record; return the number of coefficients.
-
-    The velocities of its nodes are known.
-    """
+    """Write the rows of a record beside its nodes' velocities; return the number of coefficients."""
     junction = m.junctions[j]
     base, first_end = junction.first_node, junction.first_end
     nodes, ends = junction.nodes, junction.ends

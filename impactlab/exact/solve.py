@@ -1,7 +1,4 @@
-"""Exact solution of rods, masses and walls: d'Alembert waves, Chebyshev pieces.
-
-It goes from event to event.
-"""
+"""Exact solution of rods, masses and walls from event to event: d'Alembert waves, Chebyshev pieces."""
 
 from __future__ import annotations
 
@@ -45,10 +42,7 @@ MAX_INTERVALS = 30_000_000  # some minutes, as an interval takes 0.5 to 10 us
 
 
 class Network:
-    """The network of a scene with its log.
-
-    The log made first serves the first march, copies the next ones.
-    """
+    """The network of a scene with its log, used by the first march and copied for others."""
 
     def __init__(self, scene: Scene, method: Method) -> None:
         self._run = scene, method
@@ -78,10 +72,7 @@ def network(scene: Scene, method: Method) -> tuple[NetworkLayout, Log]:
 
 
 def serves(scene: Scene, method: Method) -> str | None:
-    """Return None if `solve` supports a scene, else the reason.
-
-    The reason is one sentence about its bodies, contacts or laws.
-    """
+    """Return None if `solve` supports a scene, else a sentence with the reason."""
     try:
         built(scene, method)
     except (CaseError, PairingError) as error:
@@ -145,10 +136,7 @@ def solve(
 def marched(
     run: Simulation, layout: NetworkLayout, log: Log, whole: bool, progress: Progress | None, begun: StartedMarch | None
 ) -> ContinuousHistory | ThinnedHistory:
-    """Return the history of a march to the end.
-
-    The other arguments are those of `solve`.
-    """
+    """Return the history of a march to the end, with the arguments of `solve`."""
     scene = run.scene
     thinner: Thinner | None = None
     log.state["most"] = log.state["intervals"] + INTERVALS_PER_CHECK

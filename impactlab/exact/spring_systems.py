@@ -16,10 +16,7 @@ from impactlab.types import Array
 
 @ALLOCATING_PART
 def number_groups(m: MarchArrays, j: int) -> tuple[int, int]:
-    """Number the groups that can move, those with mass first.
-
-    Return how many have mass, and how many move.
-    """
+    """Number the groups that can move, those with mass first; return how many have mass and how many move."""
     junction = m.junctions[j]
     moving = 0
     heavy = 0
@@ -38,10 +35,7 @@ def number_groups(m: MarchArrays, j: int) -> tuple[int, int]:
 
 @ALLOCATING_PART
 def gather(m: MarchArrays, j: int, damp: Array, stiff: Array, b: Array, first: Array) -> None:
-    """Write damping, stiffness and loads of the groups.
-
-    The velocities of those with mass are written to first[0].
-    """
+    """Write damping, stiffness and loads of groups, and to first[0] velocities of those with mass."""
     junction = m.junctions[j]
     base = junction.first_node
     for i in range(base, junction.last_node):

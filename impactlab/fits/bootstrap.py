@@ -1,7 +1,4 @@
-"""Bootstrap of a fit by blocks of residuals.
-
-Blocks are drawn again, and each set of residuals is fitted from the solution.
-"""
+"""Bootstrap of a fit: blocks of residuals are drawn again, and each set is fitted from the solution."""
 
 from __future__ import annotations
 
@@ -113,9 +110,6 @@ def bootstrap(loss: Loss, solution: Array, lengths: Sequence[int], count: int, s
 
 
 def _drawn(values: Array, block: int, generator: np.random.Generator) -> Array:
-    """Return as many values, drawn in blocks that start anywhere.
-
-    The end is followed by the beginning.
-    """
+    """Return as many values in blocks that start anywhere, with the beginning after the end."""
     starts = generator.integers(0, len(values), -(-len(values) // block))
     return np.asarray(values[(starts[:, None] + np.arange(block)).ravel()[: len(values)] % len(values)])

@@ -1,7 +1,4 @@
-"""Draws of fitted numbers from the normal distribution of their covariance.
-
-A sweep predicts with them.
-"""
+"""Draws of fitted numbers from the normal distribution of their covariance, for sweeps that predict."""
 
 from __future__ import annotations
 

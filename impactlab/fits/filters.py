@@ -1,7 +1,4 @@
-"""Low-pass filters of residuals, for the search and for limited bandwidth.
-
-The bandwidth is that of an instrument.
-"""
+"""Low-pass filters of residuals, for the search and for instruments of limited bandwidth."""
 
 from __future__ import annotations
 
@@ -18,10 +15,7 @@ MAX_UNEVEN = 0.01  # of a sampling interval, by which times may be off an equal 
 
 
 def smooth(values: Array, width: float) -> Array:
-    """Return values after a Gaussian filter of a width in samples.
-
-    A width of 0 changes nothing.
-    """
+    """Return values after a Gaussian filter of a width in samples; a width of 0 keeps them."""
     if width <= 0.0:
         return values
     reach = int(REACH * width) + 1

@@ -182,10 +182,7 @@ def products(found: Identifiability, paths: Sequence[str], values: Sequence[floa
 
 
 def exponential(x: float) -> float:
-    """Return exp(x), infinite where it is beyond any float.
-
-    The end of an interval of a hardly known number is.
-    """
+    """Return exp(x), inf beyond any float, as at the end of a hardly known number's interval."""
     return math.exp(x) if x < MAX_LOGARITHM else math.inf
 
 

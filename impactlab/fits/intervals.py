@@ -10,7 +10,6 @@ import numpy as np
 from scipy.special import chdtrc, stdtrit  # as in scipy.stats, which takes half a second to import
 
 from impactlab.fits.bootstrap import Bootstrap, bootstrap
-from impactlab.fits.edges import Closings, change
 from impactlab.fits.identifiable import (
     Identifiability,
     exponential,
@@ -26,12 +25,14 @@ from impactlab.fits.profiles import Profile, profile
 from impactlab.fits.result import BOOTSTRAP, JACOBIAN, PROFILE, WIDENED, Curve, Fit, Fitted, Resamples, Shown
 from impactlab.fits.secants import jumping, secants
 from impactlab.fits.unknowns import Unknown
+from impactlab.numerics.bisection import bisected
 from impactlab.types import Array
 
 CORRELATED = 4.0  # of the standard deviation of an autocorrelation under white noise: beyond it a warning is given
 HUBER = 1.345  # of the noise: residuals beyond count linearly
 ABOVE_NOISE = 1.0e-3  # probability of residuals as large as that under the given noise
 MIN_SPREAD = 1.0e-7  # of the scale of a signal: smaller residuals are rounding of runs, not noise
+HALVINGS = 8  # of the way between two different sequences of contacts
 RESTARTS = 3  # from a better solution that a profile has found
 OF_THE_RISE = 0.5  # of a front, in which its shift may lie for intervals from the derivatives to hold
 AT_BOUND = 1.0e-6  # of the distance between the bounds
@@ -65,10 +66,7 @@ def _neighbours(parts: Sequence[Array]) -> float:
 
 
 def _natural(each: Unknown, scaled: float) -> float:
-    """Return the value in SI units of a scaled unknown.
-
-    It may lie outside the bounds or be infinite.
-    """
+    """Return the SI value of a scaled unknown, possibly beyond its bounds or infinite."""
     if each.is_positive:
         return each.start * exponential(scaled)
     return scaled * each.scale
@@ -94,7 +92,7 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
     resampled = None
     if BOOTSTRAP in chosen.intervals:
         resampled = bootstrap(loss, x, [len(part) for part in problem.parts(x) or []], chosen.resamples, chosen.seed)
-    rows, said = _rows(problem, loss, solution, profiles, resampled)
+    rows, more = _rows(problem, loss, solution, profiles, resampled)
     reach, unknowns = solution.reach * solution.widened, problem.unknowns
     paths = [each.path for each in unknowns]
     made = []
@@ -114,7 +112,7 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
     cases = problem.cases(x)
     return Fit(
         cases[0], tuple(rows), solution.seen.covariance, tuple(parts), _size(solution.residuals, problem, chosen),
-        _neighbours(parts), (*warnings, *said), tuple(undetermined(solution.seen, paths, made)), cases, tuple(made),
+        _neighbours(parts), (*warnings, *more), tuple(undetermined(solution.seen, paths, made)), cases, tuple(made),
         tuple(shown), tuple(curves),
         None if resampled is None else Resamples(chosen.resamples, chosen.seed, resampled.blocks),
         {"noise": chosen.noise, "loss": chosen.loss}, tuple(unknowns), reach,
@@ -288,17 +286,24 @@ def _is_at_bound(each: Unknown, value: float) -> bool:
     return min(value - each.low, each.high - value) <= AT_BOUND * width
 
 
-def _edge(problem: Problem, solution: Solution, here: Closings, number: int) -> float | None:
-    """Return the nearest value at which the sequence of contacts changes, or None.
-
-    It is the value of a scaled unknown.
-    """
+def _edge(problem: Problem, solution: Solution, here: list[tuple[str, ...]], number: int) -> float | None:
+    """Return the value of an unknown, scaled, at the nearest change of the sequence of contacts; None for no change."""
     low, high = problem.bounds()
     column = solution.seen.known[:, number]
     way = column / math.sqrt(float(column[number])) * solution.reach * solution.widened  # the others follow
     found = []
-    for sign in (-1.0, 1.0):
-        changed = change(problem.closings, here, solution.x, np.clip(solution.x + sign * way, low, high))
-        if changed is not None:
-            found.append((changed.share, float(changed.x[number])))
+    for end in (np.clip(solution.x + sign * way, low, high) for sign in (-1.0, 1.0)):
+        share = _share_to_change(problem, here, solution.x, end)
+        if share is not None:
+            found.append((share, float(solution.x[number] + share * (end - solution.x)[number])))
     return min(found)[1] if found else None
+
+
+def _share_to_change(problem: Problem, here: list[tuple[str, ...]], start: Array, end: Array) -> float | None:
+    """Return the share of the way from a solution to an end at which other contacts close; None where none do.
+
+    The loss may have a kink there. ``here`` are the contacts that close at the solution.
+    """
+    if problem.closings(end) in (None, here):
+        return None
+    return bisected(lambda share: problem.closings(start + share * (end - start)) != here, 0.0, 1.0, HALVINGS)[1]

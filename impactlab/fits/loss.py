@@ -69,10 +69,7 @@ class Loss:
         return Point(x, float(np.sum(near**2 + linear)))
 
     def least(self, start: Array, held: int | None = None) -> Point:
-        """Return the least loss near a start.
-
-        It is taken over all unknowns, or with one of them held.
-        """
+        """Return the least loss near a start, over all unknowns or with one held."""
         free = np.array([number for number in range(len(start)) if number != held], dtype=int)
         if not len(free):
             return self.at(start)

@@ -1,7 +1,4 @@
-"""Model of a measured signal: means of a channel over sampling intervals.
-
-The channel may be shifted in time.
-"""
+"""Model of a measured signal: means of a channel, possibly shifted in time, over sampling intervals."""
 
 from __future__ import annotations
 

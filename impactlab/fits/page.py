@@ -118,10 +118,7 @@ def _row(each: Fitted, name: str, kinds: list[str]) -> dict[str, Any]:
 
 
 def _product(each: Product, kinds: list[str]) -> dict[str, Any]:
-    """Return a product as a row of the table.
-
-    Its interval is widened where those of the numbers are.
-    """
+    """Return a product as a row of the table, its interval widened as the numbers' are."""
     value, between = in_words(each.value, each.lower, each.upper)
     own = WIDENED if WIDENED in kinds else JACOBIAN
     cells = [_raised(between) if kind == own else "" for kind in kinds]

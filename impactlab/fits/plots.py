@@ -110,10 +110,7 @@ def plot_signals(fit: Fit) -> Figure:
 
 
 def _taller(upper: Axes, lower: Axes) -> None:
-    """Give the signal two thirds of the height of both panels.
-
-    The residuals are close below it.
-    """
+    """Give the signal two thirds of both panels' height, with the residuals close below."""
     top, bottom = upper.get_position(), lower.get_position()
     both, apart = top.y1 - bottom.y0, BETWEEN / cast("Figure", upper.get_figure()).get_figheight()
     small = 0.34 * (both - apart)
@@ -144,10 +141,7 @@ def _panels(count: int, height: float, margins: Margins) -> tuple[Figure, list[A
 
 @drawn
 def plot_autocorrelations(fit: Fit) -> Figure:
-    """Return a figure of the autocorrelation of each signal's residuals.
-
-    It has the 95 % band of white noise.
-    """
+    """Return a figure of residuals' autocorrelations with the 95 % band of white noise."""
     figure, panels = _panels(len(fit.residuals), 1.7, Margins())
     for axes, shown, residuals in zip(panels, fit.signals, fit.residuals, strict=True):
         lags = min(MAX_LAGS, len(residuals) // 3)
@@ -164,10 +158,7 @@ def plot_autocorrelations(fit: Fit) -> Figure:
 
 @drawn
 def plot_profiles(fit: Fit) -> Figure:
-    """Return a figure of the profile of each parameter.
-
-    It has the parabola of the derivatives and the 95 % interval.
-    """
+    """Return a figure of the parameters' profiles with the derivatives' parabola and 95 % intervals."""
     figure, panels = _panels(len(fit.profiles), 1.9, Margins(top=0.55, down=1.0))
     for number, (axes, curve) in enumerate(zip(panels, fit.profiles, strict=True)):
         _profile(axes, curve, fit)

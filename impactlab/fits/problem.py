@@ -222,19 +222,13 @@ class Problem:
         return tuple(each.at(values) for each in self.trials)
 
     def means(self, scaled: Array) -> list[AbstractMeans] | None:
-        """Return the signal of each channel from the runs.
-
-        It is None where there is no such run.
-        """
+        """Return the signal of each channel from the runs; None without such a run."""
         values = tuple(self.values(scaled)[: len(self.parameters)])
         found = [each.means(values) for each in self.trials]
         return None if any(each is None for each in found) else [mean for each in found for mean in each or ()]
 
     def closings(self, scaled: Array) -> list[tuple[str, ...]] | None:
-        """Return the contacts that close in each experiment, in order.
-
-        It is None where there is no such run.
-        """
+        """Return the contacts that close in each experiment, in order; None without such a run."""
         values = tuple(self.values(scaled)[: len(self.parameters)])
         found = [each.closings(values) for each in self.trials]
         whole = [each for each in found if each is not None]
@@ -249,10 +243,7 @@ class Problem:
         return gain, offset, shift
 
     def place(self, number: int, name: str) -> int | None:
-        """Return the number of the unknown of a signal's gain, offset or shift.
-
-        It is None where that is known.
-        """
+        """Return the number of the unknown gain, offset or shift of a signal; None if known."""
         found = self.measured[number].settings[SETTINGS.index(name)]
         return found if isinstance(found, int) else None
 
@@ -269,10 +260,7 @@ class Problem:
         return [self.part(number, mean, self.setting(scaled, number)) for number, mean in enumerate(means)]
 
     def fitted(self, scaled: Array) -> list[Array]:
-        """Return each signal of the cases, (samples,) in SI units, without a filter.
-
-        It is NaN where there is no run.
-        """
+        """Return each unfiltered signal of the cases, (samples,) in SI units; NaN without a run."""
         means = self.means(scaled)
         if means is None:
             return [np.full(len(signal.times), math.nan) for signal in self.signals]

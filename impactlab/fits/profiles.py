@@ -97,10 +97,7 @@ def profile(
 
 
 def _slope(jacobian: Array, number: int) -> Array:
-    """Return the changes of all unknowns per change of one, (n,).
-
-    They change the residuals least.
-    """
+    """Return the changes (n,) of unknowns per change of one that least change the residuals."""
     norms = lengths(jacobian)
     others = np.delete(jacobian / norms, number, axis=1)
     found = np.linalg.lstsq(others, -jacobian[:, number], rcond=MIN_SINGULAR)[0] / np.delete(norms, number)
@@ -136,10 +133,7 @@ def _side(walk: ProfileSteps, sign: float, deviation: float) -> tuple[list[Point
 
 
 def _passed(walk: ProfileSteps, points: list[Point], outside: Point) -> list[Point]:
-    """Return points around the place where the limit is passed, closest last.
-
-    They are found by secants inside a bracket.
-    """
+    """Return points around the passed limit, closest last, by secants inside a bracket."""
     inside, found = points[-1], [outside]
     for _ in range(MAX_ROUNDS):
         low, high = walk.root(inside), walk.root(outside)

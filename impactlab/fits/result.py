@@ -53,10 +53,7 @@ class Fitted(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """The profile of a parameter: rise of the loss with this parameter fixed.
-
-    All others are fitted again.
-    """
+    """The profile of a parameter: rise of the loss with it fixed and all others fitted again."""
 
     path: str
     unit: str

@@ -1,7 +1,4 @@
-"""Solution of a fit: scan of trigger times, then least squares.
-
-Least squares go from a strong low-pass filter to none.
-"""
+"""Solution of a fit: scan of trigger times, then least squares from a strong low-pass filter to none."""
 
 from __future__ import annotations
 
@@ -180,18 +177,12 @@ def on_both_sides(problem: Problem) -> list[Array]:
 
 
 def triggers(problem: Problem, start: Array) -> list[Array]:
-    """Return starts with the best trigger times, the best first.
-
-    It is the start itself if no shift is free.
-    """
+    """Return starts with the best trigger times, best first; the start itself without a free shift."""
     return [place for _, place in scanned(problem, start)]
 
 
 def scanned(problem: Problem, start: Array) -> list[tuple[float, Array]]:
-    """Return the remaining squares and the starts of the best trigger times.
-
-    The best comes first.
-    """
+    """Return the remaining squares and the starts of the best trigger times, the best first."""
     means = problem.means(start)
     free = [number for number in range(len(problem.signals)) if problem.place(number, "shift") is not None]
     if means is None or not free:

@@ -51,10 +51,7 @@ class Trials:
         return self.case.with_settings(list(zip(self.paths, values, strict=True)), by="the fit")
 
     def means(self, values: Values) -> list[AbstractMeans] | None:
-        """Return the signal of each channel from a run.
-
-        It is None where there is no such run.
-        """
+        """Return the signal of each channel from a run; None without such a run."""
 
         def made() -> list[AbstractMeans] | None:
             try:

@@ -95,10 +95,7 @@ def unknown(case: Case, path: str, bounds: Any) -> Unknown:
 
 
 def setting(signal: Signal, name: str, given: Any, label: str) -> float | Unknown:
-    """Return gain, offset or shift of a signal, as a number or an unknown.
-
-    It is a number where it is known.
-    """
+    """Return gain, offset or shift of a signal: a number if known, else an unknown."""
     own = getattr(signal, name)
     chosen = given if own is None else own
     unit = {"gain": "1", "offset": unit_of(signal.channel), "shift": "s"}[name]

@@ -28,10 +28,7 @@ RIPPLE = 0.05  # of the largest force so far: a fall by less does not end a puls
 
 @dataclass(frozen=True, repr=False)
 class LeadingWave:
-    """Largest force of each contact in a row, with its time.
-
-    It is that of the leading wave.
-    """
+    """Largest force of each contact of a row in the leading wave, with its time."""
 
     contacts: tuple[str, ...]
     times: Array  # (contacts,) s
@@ -166,10 +163,7 @@ def _peak(history: AbstractRecordedHistory, contact: str, until: float, before: 
 
 
 def _first_peak(rise: Array, before: float) -> int:
-    """Return the index of the record at which the first pulse is largest.
-
-    It is 0 if there is no pulse.
-    """
+    """Return the index of the record with the largest first pulse; 0 without a pulse."""
     largest = float(rise.max())
     if not largest > 0.0:
         return 0

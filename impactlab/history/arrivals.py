@@ -1,7 +1,4 @@
-"""First arrivals: times before which no contact of a scene can close.
-
-They follow from faces in free flight and from the first wave.
-"""
+"""First arrivals of faces in free flight and of waves: times before which no contact can close."""
 
 from __future__ import annotations
 

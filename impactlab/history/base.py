@@ -330,19 +330,13 @@ class AbstractHistory(Views, ABC):
         return [span for _, span in found or ()]
 
     def spans_of(self, contacts: Iterable[str]) -> list[ContactSpan]:
-        """Return the periods of contact of several contacts by their names.
-
-        They are in the order of ``contacts`` of the run.
-        """
+        """Return the periods of several contacts by name, in the order of ``contacts``."""
         table = self._by_contact()
         found = [numbered for contact in dict.fromkeys(contacts) for numbered in table.get(contact, ())]
         return [span for _, span in sorted(found, key=lambda numbered: numbered[0])]
 
     def _by_contact(self) -> dict[str, list[tuple[int, ContactSpan]]]:
-        """Return the numbered periods of each contact.
-
-        They are found once, as runs may have thousands of contacts.
-        """
+        """Return the numbered periods of each contact, found once for runs with thousands of contacts."""
         if self._spans is None or self._spans[0] is not self.contacts:
             found: dict[str, list[tuple[int, ContactSpan]]] = {}
             for number, span in enumerate(self.contacts):

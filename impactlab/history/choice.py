@@ -29,10 +29,7 @@ class Candidate(NamedTuple):
 
 @final
 class Ladder(Sequence[Candidate]):
-    """Candidates of a choice, described when they are first read.
-
-    An exact run never needs them.
-    """
+    """Candidates of a choice, described when first read: an exact run never needs them."""
 
     def __init__(self, find: Callable[[], Sequence[Candidate]]) -> None:
         self._find = find

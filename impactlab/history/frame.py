@@ -104,18 +104,12 @@ def _group(scene: Scene, names: Sequence[str], held: set[str]) -> Group:
 
 
 def touched_in(history: AbstractHistory) -> frozenset[str]:
-    """Return the names of the contacts that were closed in a run.
-
-    Links are closed from the start.
-    """
+    """Return the names of the contacts, links included, that were closed in a run."""
     return frozenset(span.contact for span in history.contacts).union(history.method.links)
 
 
 def drift_velocities(scene: Scene, touched: Collection[str] | None = None) -> dict[str, float]:
-    """Return the velocity of the frame of each body's group at t = 0 [m/s].
-
-    It is 0 where something holds it.
-    """
+    """Return frame velocities of the bodies' groups at t = 0 [m/s]; 0 if held."""
     return {name: group.velocity for name, group in frames(scene, touched).items()}
 
 

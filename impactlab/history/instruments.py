@@ -90,10 +90,7 @@ def check_rates(scene: Scene, recorded: float, only: Probe | None = None) -> Non
 
 
 def check_instruments(history: Recorded) -> None:
-    """Raise `CaseError` where an instrument is faster than the records of its run.
-
-    Without an instrument no record is read.
-    """
+    """Raise `CaseError` where an instrument is faster than the records of its run."""
     if instrumented(history.scene):
         check_rates(history.scene, history.record_rate)
 
@@ -145,10 +142,7 @@ def measure(history: Recorded, wanted: Probe | str | int) -> Measured:
 
 
 def measured_signals(history: Measuring) -> dict[int, Measured]:
-    """Return the measured signals of a history by number of the probe.
-
-    Those that its records do not give are left out.
-    """
+    """Return the measured signals that a history's records give, by number of the probe."""
     found = {}
     for number, probe in instrumented(history.scene):
         with suppress(CaseError):  # of a reference with other records

@@ -49,10 +49,7 @@ class InteractingGroups(NamedTuple):
 
 
 def reach_of(scene: Scene, method: Method) -> InteractingGroups:
-    """Return groups and first arrivals of contacts, kept with the scene.
-
-    Runs of one scene share them.
-    """
+    """Return groups and first arrivals of contacts, which runs of one scene share."""
     # No other fact of a method matters.
     key = "reach", tuple(name for name, model in method.models.items() if model.theory), bool(method.links)
     if key not in scene.derived:
@@ -114,10 +111,7 @@ def above_noise(
 def _without_brief_openings(
     events: Sequence[Event], spans: Sequence[ContactSpan]
 ) -> tuple[Sequence[Event], Sequence[ContactSpan]]:
-    """Return events and spans without openings by rounding.
-
-    The spans of a contact on both sides of such an opening are joined.
-    """
+    """Return events and spans without openings by rounding, the spans beside them joined."""
     whole: list[ContactSpan] = []
     last: dict[str, int] = {}  # place of the last span of each contact in `whole`
     # Openings and closings between joined spans, counted: a touch without length has its last opening there, too.

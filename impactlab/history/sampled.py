@@ -1,7 +1,4 @@
-"""A sampled history: channels at the instants of a page, fields at its frames.
-
-It is the content of the file of a run.
-"""
+"""A sampled history, as in the file of a run: channels at instants of a page, fields at its frames."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The instants at which a page, a table or a file samples a history.
-
-They are equal steps over the whole run.
-"""
+"""The equal steps over a run at which a page, a table or a file samples a history."""
 
 from __future__ import annotations
 

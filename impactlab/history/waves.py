@@ -120,10 +120,7 @@ def separated(
 
 
 def _contacts_at(scene: Scene, body: WaveBody, x: float) -> list[str]:
-    """Return the contacts on an end without support or load.
-
-    Their forces are the force inside the rod there.
-    """
+    """Return contacts on an end without support or load: their forces are the rod's there."""
     slack = SAME_PLACE * body.length
     if not any(abs(place - x) <= slack and end.kind == "free" and not end.is_loaded for place, end in body.ends):
         return []

@@ -1,7 +1,4 @@
-"""Waves at the faces of a specimen from one gauge on each bar.
-
-Doubtful signals give warnings.
-"""
+"""Waves at the faces of a specimen from one gauge on each bar, with warnings of doubtful signals."""
 
 from __future__ import annotations
 
@@ -144,10 +141,7 @@ def _warn_if_early(back: Array, dt: float, expected: float, guard: float) -> Non
 
 
 def _warn_if_opposite(test: Test) -> None:
-    """Issue an `UnusualValue` if the transmitted wave has the opposite sign.
-
-    It is compared with the incident wave.
-    """
+    """Issue an `UnusualValue` if transmitted and incident wave have opposite signs."""
     incident, transmitted = float(test.incident.sum()), float(test.transmitted.sum())
     if transmitted * incident < 0.0 and abs(transmitted) > MIN_OPPOSITE * abs(incident):
         warn_unusual(
@@ -171,10 +165,7 @@ def _loud(test: Test, end: float, before: float, threshold: float) -> list[str]:
 
 
 def _warn_if_loud(test: Test, end: float, before: float, threshold: float) -> None:
-    """Issue a `DoubtfulResult` if a wave has not ended at the cut.
-
-    The waves are cut at ``end`` [s].
-    """
+    """Issue a `DoubtfulResult` if a wave has not ended at the cut at ``end`` [s]."""
     found = _loud(test, end, before, threshold)
     if found:
         warn(

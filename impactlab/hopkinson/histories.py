@@ -1,7 +1,4 @@
-"""Evaluation of Hopkinson bars on the history of a run.
-
-Its strain probes are the gauges, its rods the bars.
-"""
+"""Evaluation of Hopkinson bars on the history of a run, whose probes of strain are the gauges."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Offsets of gauges: means at rest, subtracted or named in a warning.
-
-The mean is that of each signal before the first pulse.
-"""
+"""Offsets of gauges: means before the first pulse, subtracted or named in a warning."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Pulses of a signal, found by a threshold.
-
-They give the beginning and end of each pulse, and its signal alone.
-"""
+"""Pulses of a signal, found by a threshold: their beginning, their end, and the signal in between."""
 
 from __future__ import annotations
 

@@ -1,4 +1,1 @@
-"""Many runs side by side: a process pool, hashes of code, file locks.
-
-Results depend on the hashed code.
-"""
+"""Many runs side by side: a process pool, hashes of the code that results depend on, file locks."""

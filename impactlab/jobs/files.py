@@ -26,10 +26,7 @@ def write_whole(path: Path, text: str) -> None:
 
 
 def locked(descriptor: int) -> bool:
-    """Take the lock of a file and return whether it was free.
-
-    The system frees it when the process ends.
-    """
+    """Take a file's lock until the process ends; return whether it was free."""
     try:
         if sys.platform == "win32":
             import msvcrt

@@ -1,7 +1,4 @@
-"""A process pool (pebble) with a time limit for each job.
-
-A job that hangs or dies ends its own worker alone.
-"""
+"""A process pool (pebble) with a time limit for each job; one that hangs or dies ends its worker alone."""
 
 from __future__ import annotations
 

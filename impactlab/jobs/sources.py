@@ -1,7 +1,4 @@
-"""Hashes of the code and environment on which the numbers of a run depend.
-
-The code is that of impactlab and of plugins.
-"""
+"""Hashes of the code, of impactlab and plugins, and of the environment that numbers of a run depend on."""
 
 from __future__ import annotations
 

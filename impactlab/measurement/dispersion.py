@@ -270,10 +270,7 @@ def padded(count: int, dt: float, distance: float, bar: Bar) -> int:
 
 
 def in_band(bar: Bar, count: int, dt: float, band: float | None) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the frequencies [Hz] of a record, and which are within the band.
-
-    The record has ``count`` samples.
-    """
+    """Return the frequencies [Hz] of ``count`` samples, and which are within the band."""
     limit = band_limit(bar)
     if band is not None:
         wanted = finite("the band", band, "Hz")

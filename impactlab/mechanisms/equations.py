@@ -1,7 +1,4 @@
-"""Accelerations of a mechanism at one instant, by Cholesky factors.
-
-M p'' = force + rows^T F, with drives held.
-"""
+"""Accelerations of a mechanism with drives held, M p'' = force + rows^T F, by Cholesky factors."""
 
 from __future__ import annotations
 

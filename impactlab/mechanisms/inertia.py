@@ -114,10 +114,7 @@ def spun(k: Constants, w: Work, p: Array, v: Array, na: int) -> tuple[float, flo
 def add_own_mass(
     mass: Array, n: int, first: int, k: Constants, w: Work, end: PlaceNumbers, heavy: float, na: int
 ) -> None:
-    """Add the mass of the shapes among themselves.
-
-    It includes that of a point of mass ``heavy`` at the end [kg].
-    """
+    """Add the mass of the shapes among themselves, with a point of mass ``heavy`` [kg]."""
     m, nb = end.along.size, end.along.size - na
     for i in range(m):
         row = mass[(first + i) * n + first : (first + i) * n + first + m]
@@ -166,10 +163,7 @@ def add_link(
     mass: Array,
     force: Array,
 ) -> float:
-    """Add mass and forces of one link.
-
-    Return the work of its gravity and torque [J].
-    """
+    """Add mass and forces of one link; return the work of its gravity and torque [J]."""
     na, m, first, n = int(P[link + AXIAL]), end.along.size, int(P[link + FIRST]), force.size
     own, own1 = p[first : first + m], v[first : first + m]
     th1, th2, heavy = P[room + TH1], P[room + TH2], P[link + END_MASS]
@@ -235,10 +229,7 @@ def add_link(
 
 @MERGED
 def twist(torque: float, slopes: Array, angle: float, turn: Array, q: Array, at: int, force: Array) -> float:
-    """Add a torque on a section of given slopes.
-
-    Return torque times the angle of the section [J].
-    """
+    """Add a torque on a section of given slopes; return torque times its angle [J]."""
     if torque == 0.0:
         return 0.0
     add(force, torque, turn)

@@ -39,10 +39,7 @@ class Shapes(NamedTuple):
 
 
 class Integrals(NamedTuple):
-    """Integrals of rho A times products over a link.
-
-    They are in the order in which `terms` reads them.
-    """
+    """Integrals of rho A times products over a link, in the order of `terms`."""
 
     moments: Array  # (3,) kg, kg m, kg m2: of 1, x, x^2
     a0: Array  # (na,) psi

@@ -1,7 +1,4 @@
-"""Layout of the numbers of a chain, as compiled views.
-
-They are constants of a link, and the work of one link at a time.
-"""
+"""Layout of the numbers of a chain, constants and the work of one link, as compiled views."""
 
 from __future__ import annotations
 
@@ -116,18 +113,12 @@ def work_of(P: Array, at: int, na: int, nb: int, n: int) -> Work:
 
 @UNPACK
 def size_of(n: int) -> int:
-    """Return the size of a link's part of the room.
-
-    It holds its origin, its angle, its rows and its end.
-    """
+    """Return the size of a link's room: origin, angle, rows and end."""
     return ROWS + SPOT + 5 * n
 
 
 def room_of(na: int, nb: int, n: int) -> int:
-    """Return the size of the part of the room that links share.
-
-    It holds the work of one link, or a place.
-    """
+    """Return the size of the shared room: the work of one link, or a place."""
     m = na + nb
     return max(2 * (3 + na) * nb + 3 * nb + 4 * na + 4 * m + 5 * n, SPOT + 2 * m)
 

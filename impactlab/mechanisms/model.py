@@ -1,7 +1,4 @@
-"""A mechanism in coordinates, with its readings as entries of its state.
-
-Rows of contacts and probes are then constant.
-"""
+"""A mechanism in coordinates, with its readings as entries of its state, so that rows are constant."""
 
 from __future__ import annotations
 
@@ -58,10 +55,7 @@ AT_REST = LargestTurn(0.0, 0.0)
 def prepare_columns(
     derive: int, free: int, columns: int, parameters: Array, state: Array, after: Array, jump: Array, responses: Array
 ) -> None:
-    """Write the readings at t = 0, and the columns of the first step.
-
-    The step goes from ``state`` to ``after``.
-    """
+    """Write the readings at t = 0, and the columns of the step from ``state`` to ``after``."""
     call(derive, parameters, state)
     for i in range(state.size):
         after[i] = state[i]

@@ -52,10 +52,7 @@ class FlexibleLink(NamedTuple):
 
 
 def read(mesh: AbstractMesh, places: Array, quantity: Quantity, shapes: Array) -> Array:
-    """Return a quantity of shapes at places, (n_places, n_shapes).
-
-    All rows at once would fill the memory.
-    """
+    """Return a quantity of shapes at places, (n_places, n_shapes), in parts that fit the memory."""
     return np.array([mesh.row(place, quantity) @ shapes for place in places]).reshape(len(places), shapes.shape[1])
 
 

@@ -122,10 +122,7 @@ def factorise(m: Middle, factor: Array, weight: float) -> None:
 
 @PART
 def scale(row: Array) -> None:
-    """Divide a row by the root of its first number.
-
-    The inverse of the root is written there.
-    """
+    """Divide a row by the root of its first number, and write the inverse root there."""
     inverse = 1.0 / math.sqrt(row[0])
     for j in range(row.size):
         row[j] *= inverse

@@ -67,10 +67,7 @@ from impactlab.types import Array
 
 @MERGED
 def set_link_angle(P: Array, link: int, before: int, room: int, old: int, n: int, p: Array, v: Array) -> None:
-    """Give a link the angle of its coordinate, or of the end before it.
-
-    One on a slide gets it later.
-    """
+    """Give a link the angle of its coordinate or of the end before it; on a slide, later."""
     turn = P[room + ROWS + 2 * n : room + ROWS + 3 * n]
     if P[link + ANGLE] == OWN:
         at = int(P[link + ANGLE_AT])

@@ -94,10 +94,7 @@ def near_grazing(history: AbstractHistory, contact_name: str, trip: RoundTrip, d
 def _missed_contact(
     history: AbstractHistory, contact_name: str, periods: Sequence[tuple[float, float]], round_trip: float
 ) -> str | None:
-    """Return the text for the first flight whose faces nearly meet, or None.
-
-    It follows a period of contact.
-    """
+    """Return a text on the first flight after a contact whose faces nearly meet, or None."""
     most = _most_samples(periods)
     for number, (_, end) in enumerate(periods):
         until = periods[number + 1][0] if number + 1 < len(periods) else history.duration
@@ -142,10 +139,7 @@ def grazing_impulse(history: AbstractHistory, contact_name: str, trip: RoundTrip
 def _slow_meeting(
     history: AbstractHistory, contact_name: str, periods: Sequence[tuple[float, float]], round_trip: float, dt: float
 ) -> str | None:
-    """Return the text for the first contact whose faces meet slowly, or None.
-
-    They come to rest against each other.
-    """
+    """Return a text on the first contact whose faces come to rest together, or None."""
     before, scene = 0.0, history.scene
     least = MIN_GAP * history.duration * (scene.fastest + field_acceleration(scene) * history.duration)
     most = _most_samples(periods)

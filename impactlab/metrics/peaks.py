@@ -199,10 +199,7 @@ def _samples(history: AbstractHistory, name: str) -> Samples:
 
 
 def _around(at: Array, reach: float) -> Array:
-    """Return the intervals of a length [s] around instants, shape (k, 2) [s].
-
-    The length lies on either side.
-    """
+    """Return intervals (k, 2) [s] of a length [s] on either side of instants."""
     return _joined(np.column_stack((at - reach, at + reach)))
 
 
@@ -261,20 +258,14 @@ def _echoes(history: AbstractHistory, scene: Scene, touches: Sequence[Event], co
 
 
 def _starts(scene: Scene, touches: Sequence[Event], contact: Contact) -> tuple[set[float], set[float]]:
-    """Return the instants of fronts at a contact and at other ends [s].
-
-    The other ends are those of its two bodies.
-    """
+    """Return the instants of fronts at a contact and at its bodies' other ends [s]."""
     here = {event.time for event in touches if event.contact == contact.name}
     away = {event.time for event in touches} - here
     return here, away | {0.0} if scene.fronts_at_start else away
 
 
 def _trips(scene: Scene, contact: Contact) -> list[list[float]]:
-    """Return the round-trip time in each segment of both bodies [s], nearest first.
-
-    Bodies without waves are left out.
-    """
+    """Return round-trip times [s] of the segments of both bodies that have waves, nearest first."""
     found = []
     for point in contact.faces:
         body = scene.bodies[point.body].waves

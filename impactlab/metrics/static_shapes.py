@@ -1,7 +1,4 @@
-"""Static shapes of held rods and beams under a force at one place.
-
-They are given per displacement at that place.
-"""
+"""Static shapes of held rods and beams under a force at one place, per displacement there."""
 
 from __future__ import annotations
 
@@ -16,10 +13,7 @@ from impactlab.scene.facts import cut_at
 
 
 def sides_of(rod: WaveBody, x: float) -> tuple[list[Segment], list[Segment]]:
-    """Return the pieces of a rod on both sides of x [m], nearest first.
-
-    The left side comes first.
-    """
+    """Return the pieces of a rod left and right of x [m], nearest first."""
     pieces: list[Segment] = list(cut_at(rod.segments, [x]))
     places = np.cumsum([0.0, *(piece.length for piece in pieces)])
     at = int(np.abs(places - x).argmin())
@@ -49,10 +43,7 @@ class Bow(NamedTuple):
 
 
 def bow(beam: Beam, x: float) -> Bow:
-    """Return the static bow under a force at x [m].
-
-    It is zero for a beam that may move as a whole.
-    """
+    """Return the static bow under a force at x [m]; zero if the beam may move as a whole."""
     ends = beam.left, beam.right
     held = sum(end.kind in ("clamped", "pinned") or (end.kind == "spring" and end.value > 0.0) for end in ends)
     if held + any(end.kind == "clamped" or end.rotational > 0.0 for end in ends) < 2:

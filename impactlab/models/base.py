@@ -1,7 +1,4 @@
-"""Base classes of models, and the operators of a body in coordinates.
-
-A model describes a body in space, without time and contact.
-"""
+"""Base classes of models, which describe bodies in space alone, and the operators of a body in coordinates."""
 
 from __future__ import annotations
 

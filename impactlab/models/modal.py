@@ -98,10 +98,7 @@ class Modal(AbstractRodModel):
             object.__setattr__(self, "citations", (*type(self).citations, "MacNeal1971"))
 
     def _check_analytic(self) -> None:
-        """Raise `CaseError` where an option of the mesh is given without a mesh.
-
-        Analytic modes would ignore it.
-        """
+        """Raise `CaseError` where analytic modes would ignore an option of the mesh."""
         for name, default in (("mass", "consistent"), ("order", 1)):
             if (given := getattr(self, name)) != default:
                 raise CaseError(
@@ -205,10 +202,7 @@ class Modal(AbstractRodModel):
         return reduced_body(gravity, mesh, span, paper_rule, faces)
 
     def _completed(self, modes: Completable, body: ElasticBody, faces: tuple[Face, ...]) -> Coordinates:
-        """Return the modes of a body, with `residual` completed at its contacts.
-
-        The static shapes of the modes left out are added.
-        """
+        """Return a body's modes with `residual`, the left-out modes' static shapes, at its contacts."""
         if not self.residual or not faces:
             return modes
         bends = isinstance(body, Beam) and body.theory == "euler_bernoulli"

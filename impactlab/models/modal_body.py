@@ -115,10 +115,7 @@ class ModalBody(AbstractDiscreteModel):
 
     @property
     def approximate(self) -> ReducedMesh | None:
-        """Return the mesh in shapes that need not be its eigenvectors.
-
-        It is None where the modes are eigenvectors.
-        """
+        """Return the mesh in shapes that need not be eigenvectors; None where the modes are."""
         return self._basis if isinstance(self._basis, ReducedMesh) and not self._basis.uncoupled else None
 
     @cached_property

@@ -29,10 +29,7 @@ BESIDE = 1e-6  # of the length of the pile: a place just before a soil link
 
 
 class Peak(NamedTuple):
-    """The largest stress along a pile over a blow.
-
-    Compression and tension are both positive.
-    """
+    """The largest stress along a pile over a blow, positive in compression and in tension."""
 
     force: float  # N
     stress: float  # Pa
@@ -132,10 +129,7 @@ def blow(case: Case | Simulation) -> Blow:
 
 
 def set_in(history: AbstractHistory, run: Simulation, pile: Pile) -> float | None:
-    """Return the plastic displacement of the toe link in a run [m].
-
-    It is None for a pile without a toe link.
-    """
+    """Return the plastic displacement of the toe link [m]; None for a pile without one."""
     if pile.toe is None:
         return None
     return sets_of(history)[pile.toe.name] - soil_laws(run, pile)[pile.toe.name].set

@@ -1,7 +1,4 @@
-"""Case method: resistance of a pile by the two waves at its head.
-
-The waves follow from force and velocity there.
-"""
+"""Case method: resistance of a pile by the two waves from force and velocity at its head."""
 
 from __future__ import annotations
 
@@ -23,10 +20,7 @@ PEAK_FALL = 0.1  # of the largest value: the wave falls by more after a peak, by
 
 @dataclass(frozen=True)
 class CaseMethod:
-    """Resistances by the Case method.
-
-    With them are the waves at the head and the energy that passed it.
-    """
+    """Resistances by the Case method, waves at the head, and energy that passed it."""
 
     total: float  # RTL [N], static and dynamic resistance from the first peak
     static: float  # RSP [N], less the damping at the toe, from the first peak

@@ -1,7 +1,4 @@
-"""Driving blow after blow, with residual forces.
-
-Each blow begins at the static rest that the one before left.
-"""
+"""Driving blow after blow, each from the static rest, with residual forces, that the one before left."""
 
 from __future__ import annotations
 
@@ -35,10 +32,7 @@ SAME_SET = 1e-3  # relative: two blows that move the head and the toe by the sam
 
 
 class Driven(NamedTuple):
-    """One blow of several: permanent set, and the residual forces it leaves.
-
-    They are positive into the soil.
-    """
+    """One blow of several: permanent set, and residual forces, positive into the soil."""
 
     head: float  # m, permanent motion of the head
     toe: float  # m, permanent motion of the toe
@@ -80,10 +74,7 @@ class Driving:
 
     @property
     def set(self) -> float | None:
-        """Permanent motion per blow [m], once it repeats within 1e-3; None before.
-
-        Head and toe must move alike.
-        """
+        """Permanent motion per blow [m], once head and toe repeat within 1e-3; None before."""
         number = self.repeats_from
         return None if number is None else self.blows[-1].head
 
@@ -155,10 +146,7 @@ def _driven(run: Simulation, pile: Pile, blows: int) -> Iterator[Driven]:
 
 
 def _next(run: Simulation, pile: Pile, rest: Rest, head: float) -> tuple[Simulation, Array]:
-    """Return the scene of the next blow and the motion of its ends.
-
-    Places are counted from the head.
-    """
+    """Return the scene of the next blow and the motion of its ends, from the head."""
     u = rest.displacement - head
     body = dataclasses.replace(pile.body, displacement=Table(tuple(rest.x.tolist()), tuple(u.tolist())))
     laws, of_soil = dict(run.method.laws), soil_laws(run, pile)

@@ -1,7 +1,4 @@
-"""Signal matching: soil of a pile from measured force and velocity.
-
-Both are measured at its head.
-"""
+"""Signal matching: soil of a pile from force and velocity measured at its head."""
 
 from __future__ import annotations
 
@@ -211,10 +208,7 @@ def _law(run: Simulation, case: Case, block: int) -> Smith:
 
 
 def _capacity(fit: Fit, numbers: Sequence[Numbers]) -> Fitted:
-    """Return the static capacity of all soil links with its interval.
-
-    The interval follows from the covariance of the logarithms.
-    """
+    """Return the static capacity of all soil links, its interval by the logarithms' covariance."""
     run = fit.case.simulation()
     total = sum(law.capacity for law in run.method.laws.values() if isinstance(law, Smith))
     shares = np.array([

@@ -1,7 +1,4 @@
-"""A pile under a measured head force: the case without its hammer.
-
-It gives the numbers of its soil by name.
-"""
+"""A pile under a measured head force: the case without its hammer, and names of its soil's numbers."""
 
 from __future__ import annotations
 
@@ -42,10 +39,7 @@ class CaseUnderForce(NamedTuple):
 
 
 def checked(time: ArrayLike, force: ArrayLike, velocity: ArrayLike) -> tuple[Array, Array, Array]:
-    """Return measured signals as arrays of one length.
-
-    Raise `CaseError` with the sample that is wrong.
-    """
+    """Return measured signals as arrays of one length; raise `CaseError` with a wrong sample."""
     given = {"time": time, "force": force, "velocity": velocity}
     found = {name: row_of_numbers(name, each) for name, each in given.items()}
     sizes = [each.size for each in found.values()]

@@ -52,10 +52,7 @@ def check_pressed(force: Array) -> None:
 
 
 def warn_of_times(time: Array, trip: float) -> None:
-    """Issue an `UnusualValue` of times that do not fit the pile.
-
-    ``trip`` is 2 L/c of the pile [s].
-    """
+    """Issue an `UnusualValue` of times that do not fit 2 L/c of the pile, ``trip`` [s]."""
     interval, length = float(np.median(np.diff(time))), float(time[-1] - time[0])
     if interval > MAX_INTERVAL * trip or length > MAX_TRIPS * trip:
         warn_unusual(
@@ -65,10 +62,7 @@ def warn_of_times(time: Array, trip: float) -> None:
 
 
 def check_length(time: Array, trip: float) -> None:
-    """Raise `CaseError` where times [s] are far longer than a blow.
-
-    ``trip`` is 2 L/c of the pile [s].
-    """
+    """Raise `CaseError` where times [s] far exceed a blow; ``trip`` is 2 L/c [s]."""
     length = float(time[-1] - time[0])
     if length > MAX_TRIPS * trip:
         raise CaseError(

@@ -1,7 +1,4 @@
-"""Check that the soil of a pile is at rest when a run ends.
-
-Only then are its sets those of the blow.
-"""
+"""Check that a run ends with the soil of a pile at rest, so that its sets are those of the blow."""
 
 from __future__ import annotations
 

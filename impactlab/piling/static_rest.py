@@ -1,7 +1,4 @@
-"""Static rest of a pile in its soil, by Newton steps with line search.
-
-It is the minimum of a convex energy.
-"""
+"""Static rest of a pile in its soil, the minimum of a convex energy, by Newton steps with line search."""
 
 from __future__ import annotations
 
@@ -145,10 +142,7 @@ def _springs(pile: Pile, x: Array) -> Array:
 
 
 def _share(left_over: Callable[[Array], Array], u: Array, step: Array) -> float:
-    """Return the share of a Newton step of least energy along it.
-
-    It is the zero of a rising function.
-    """
+    """Return the share of a Newton step of least energy, the zero of a rising function."""
 
     def slope(share: float) -> float:
         return float(step @ left_over(u + share * step))

@@ -7,7 +7,7 @@ import time as clock
 from collections.abc import Iterable, Iterator
 from functools import partial
 
-from impactlab.errors import CaseError, ImpactlabError
+from impactlab.errors import CaseError
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.history.choice import Candidate, Choice, Ladder
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
@@ -15,7 +15,7 @@ from impactlab.plugins import kind_of
 from impactlab.refine import out_of_reach, search
 from impactlab.refine.convergence import Level, Study
 from impactlab.refine.descriptions.suitable import exact_for
-from impactlab.refine.errors import peak_differences, probe_differences
+from impactlab.refine.errors import not_converged
 from impactlab.refine.errors.level_errors import allowed
 from impactlab.refine.ladder import Outcome, candidate, candidates, longer, not_served, words_of_estimate
 from impactlab.refine.ranking import priority
@@ -59,21 +59,20 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     """
     began = clock.perf_counter()
     request = Simulation(scene, method)
-    served = exact_for(request)
-    failed: list[ImpactlabError] = []
+    searching, served = search.Search(request, progress), exact_for(request)
     studies: list[Study] = []
     others: Iterator[Study] = iter(())
-    best, why = search.at_once(served[0], request, failed, progress), served[1]
+    best, why = searching.at_once(served[0]), served[1]
     if best is None:
         with GarbageCollectionPaused():
             others, why = in_turn(request, served)
             studies.extend(itertools.islice(others, 1))
-            best = search.find_best(studies, request, failed, progress, others)
-    is_met = best is not None and best[1].error <= allowed(method)
+            best = searching.best(studies, others)
+    is_met = best is not None and best[1].error <= searching.tolerance
     if not is_met and (refused := out_of_reach.refusal(allowed(method), studies, best, search.BUDGET_S)):
         raise refused
     if best is None:
-        raise failed[0] if failed else _nothing_serves(request, why, studies)
+        raise searching.failed[0] if searching.failed else _nothing_serves(request, why, studies)
     study, level = best
     history, description = level.history, study.description
     tried = candidates(studies or [study], study, level)
@@ -83,8 +82,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     choosing = clock.perf_counter() - began - level.run_s
     add_warnings(history)
     history.warnings[:] = map(in_a_choice, history.warnings)
-    history.warnings.extend(probe_differences.warnings(study, level))
-    history.warnings.extend(peak_differences.warnings(study, level, method.tolerance))
+    history.warnings.extend(not_converged.warnings(study, level, method.tolerance))
     history.choice = Choice(
         tolerance=allowed(method),
         method=history.method,
@@ -105,10 +103,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
 
 
 def _mostly(level: Level) -> str:
-    """Return as text which quantity has the error of a run.
-
-    The text also names the key that leaves it out.
-    """
+    """Return as text the quantity with the error of a run, and the key that leaves it out."""
     if not level.worst:
         return ""
     return f", of the {level.worst}; solve.tolerance_on names the quantities that count"
@@ -131,10 +126,7 @@ def _stepped(request: Simulation) -> Iterator[Study]:
 
 
 def _ladder(tried: list[Outcome], others: Iterable[Study], seconds: float, why: str) -> list[Candidate]:
-    """Return the candidates that were tried and those that were not.
-
-    The reason why the exact solver does not apply is the last.
-    """
+    """Return candidates tried and not tried, last why the exact solver does not apply."""
     beside = [candidate(study, None, "not run", longer(study.seconds, seconds)) for study in others]
     return [*(outcome() for outcome in tried), *beside, *not_served(why)]
 

@@ -39,10 +39,7 @@ def reason_in_common(error: float) -> str:
 
 
 def needed_s(study: Study) -> float:
-    """Return the least predicted solving time for the tolerance [s].
-
-    It is 0 if not known yet.
-    """
+    """Return the least predicted solving time for the tolerance [s]; 0 if not known yet."""
     if study.reach is None:
         return 0.0
     return study.description.seconds(_whole(study, study.reach.needed))

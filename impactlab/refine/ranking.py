@@ -40,10 +40,7 @@ def is_sure(studies: list[Study], met: tuple[Study, Level] | None) -> bool:
 
 
 def begins_alone(studies: list[Study]) -> bool:
-    """Return whether the preferred description's first run shows its further cost.
-
-    This is the cost of keeping the tolerance.
-    """
+    """Return whether the preferred description's first run shows the cost of keeping the tolerance."""
     if len(studies) != 1 or studies[0].levels or studies[0].closed or studies[0].takes_two:
         return False
     return math.isfinite(studies[0].description.alone)

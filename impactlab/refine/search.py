@@ -1,13 +1,11 @@
-"""The search for the cheapest run within a tolerance.
-
-Trials become finer and finer within a budget of time.
-"""
+"""The search for the cheapest run within a tolerance, by ever finer trials within a budget of time."""
 
 from __future__ import annotations
 
 import math
 import time as clock
 from collections.abc import Iterable
+from dataclasses import dataclass, field
 
 from impactlab.errors import ImpactlabError, StepError
 from impactlab.refine import out_of_reach
@@ -18,7 +16,7 @@ from impactlab.refine.descriptions.rods import EXACT_ERROR
 from impactlab.refine.errors.level_errors import DONE, UNSEEN, allowed, estimate_errors, keeps_energy
 from impactlab.refine.errors.one_run import estimate_alone
 from impactlab.refine.ranking import EXACT_ADVANTAGE, begins_alone, best_of, is_sure, is_worth_trying, priority
-from impactlab.refine.studies import begun, learn
+from impactlab.refine.studies import begun, start_finer
 from impactlab.refine.trial import no_check
 from impactlab.scene.method import Simulation
 from impactlab.types import Progress
@@ -37,106 +35,97 @@ def is_taken_at_once(exact: Description | None) -> bool:
     return exact is not None and exact.seconds(0) <= EXACT_ADVANTAGE * FIXED_S
 
 
-def at_once(
-    exact: Description | None, request: Simulation, failed: list[ImpactlabError], progress: Progress | None = None
-) -> tuple[Study, Level] | None:
-    """Return the exact run where it is taken without a comparison."""
-    if exact is None or not is_taken_at_once(exact):
-        return None
-    return find_best([Study(exact, 0)], request, failed, progress)
+@dataclass
+class Search:
+    """A search for the cheapest run of a scene within the tolerance of its method."""
 
+    request: Simulation
+    progress: Progress | None = None
+    failed: list[ImpactlabError] = field(default_factory=list)  # by runs that were refused or ended as failed
 
-def find_best(
-    studies: list[Study],
-    request: Simulation,
-    failed: list[ImpactlabError],
-    progress: Progress | None = None,
-    others: Iterable[Study] = (),
-) -> tuple[Study, Level] | None:
-    """Run levels, the cheapest first, until one keeps the tolerance; return the best.
+    @property
+    def tolerance(self) -> float:
+        """Relative error that is allowed; 0 without a tolerance."""
+        return allowed(self.request.method)
 
-    ``others`` are made and compared where the studies that are given do not promise a run that costs little more than
-    the least of any run.
-    """
-    while True:
-        best = _best_run(studies, request, failed, progress, others)
-        if best is None or _holds(best, allowed(request.method), failed):
-            return best
+    def at_once(self, exact: Description | None) -> tuple[Study, Level] | None:
+        """Return the exact run where it is taken without a comparison."""
+        if exact is None or not is_taken_at_once(exact):
+            return None
+        return self.best([Study(exact, 0)])
 
+    def best(self, studies: list[Study], others: Iterable[Study] = ()) -> tuple[Study, Level] | None:
+        """Run levels, the cheapest first, until one keeps the tolerance; return the best.
 
-def _best_run(
-    studies: list[Study],
-    request: Simulation,
-    failed: list[ImpactlabError],
-    progress: Progress | None,
-    others: Iterable[Study],
-) -> tuple[Study, Level] | None:
-    """Return the best run as `find_best`, its balances not checked yet."""
-    tolerance, left = allowed(request.method), BUDGET_S
-    best: tuple[Study, Level] | None = None
-    for study in studies:
-        best = best_of(study, best, tolerance)
-    while True:
-        met = best is not None and best[1].error <= tolerance
-        if not begins_alone(studies) and not is_sure(studies, best if met else None):
-            studies += others
-        waiting = [study for study in studies if not study.closed]
-        if not waiting:
-            break
-        learn(studies, tolerance)
-        study = min(waiting, key=priority)
-        if best is not None and met and not is_worth_trying(study, best, studies):
-            break
-        if not met and study.description.unit:
-            if not study.levels and _cost_of_trial(study) > min(PROBE_S, left):
-                study.next = _affordable(study, min(PROBE_S, left)) or study.next
-            elif out_of_reach.needed_s(study) > left:
-                study.closed = out_of_reach.reason(study, left)
+        ``others`` are made and compared where the studies that are given do not promise a run that costs little more
+        than the least of any run.
+        """
+        while True:
+            best = self._unchecked(studies, others)
+            if best is None or self._holds(*best):
+                return best
+
+    def _unchecked(self, studies: list[Study], others: Iterable[Study]) -> tuple[Study, Level] | None:
+        """Return the best run, its balances not checked yet."""
+        tolerance, left = self.tolerance, BUDGET_S
+        best: tuple[Study, Level] | None = None
+        for study in studies:
+            best = best_of(study, best, tolerance)
+        while True:
+            met = best is not None and best[1].error <= tolerance
+            if not begins_alone(studies) and not is_sure(studies, best if met else None):
+                studies += others
+            waiting = [study for study in studies if not study.closed]
+            if not waiting:
+                break
+            start_finer(studies, tolerance)
+            study = min(waiting, key=priority)
+            if best is not None and met and not is_worth_trying(study, best, studies):
+                break
+            if not met and study.description.unit:
+                if not study.levels and _cost_of_trial(study) > min(PROBE_S, left):
+                    study.next = _affordable(study, min(PROBE_S, left)) or study.next
+                elif out_of_reach.needed_s(study) > left:
+                    study.closed = out_of_reach.reason(study, left)
+                    continue
+            if _cost_of_trial(study) > left:
+                study.closed = beyond_budget(study, left)
                 continue
-        if _cost_of_trial(study) > left:
-            study.closed = beyond_budget(study, left)
-            continue
-        left -= _cost_of_trial(study)
-        if not _succeeds(study, request, failed, progress):
-            continue
-        if study.closed == UNSEEN and study.description.otherwise is not None:
-            other = study.description.otherwise(study.levels[-1].history, study.magnified)
-            studies += [begun(other, tolerance)] if other.alike else []
-        best = best_of(study, best, tolerance)  # a finer run may have lowered the errors of coarser ones
-    return best
+            left -= _cost_of_trial(study)
+            if not self._succeeds(study):
+                continue
+            if study.closed == UNSEEN and study.description.otherwise is not None:
+                other = study.description.otherwise(study.levels[-1].history, study.magnified)
+                studies += [begun(other, tolerance)] if other.alike else []
+            best = best_of(study, best, tolerance)  # a finer run may have lowered the errors of coarser ones
+        return best
 
+    def _holds(self, study: Study, level: Level) -> bool:
+        """Return whether a run keeps its balances; a study whose run failed begins again, finer."""
+        began = clock.perf_counter()
+        try:
+            level.check()
+        except StepError as error:
+            self.failed.append(error)
+            study.levels, study.first, study.reach, study.falling = [], None, None, {}
+            _failed(study, level.fineness, error)
+            return False
+        level.run_s, level.check = level.run_s + clock.perf_counter() - began, no_check
+        return keeps_energy(study, level, self.tolerance)
 
-def _holds(best: tuple[Study, Level], tolerance: float, failed: list[ImpactlabError]) -> bool:
-    """Return whether a run keeps its balances; a study whose run failed begins again, finer."""
-    study, level = best
-    began = clock.perf_counter()
-    try:
-        level.check()
-    except StepError as error:
-        failed.append(error)
-        study.levels, study.first, study.reach, study.falling = [], None, None, {}
-        _failed(study, level.fineness, error)
-        return False
-    level.run_s, level.check = level.run_s + clock.perf_counter() - began, no_check
-    return keeps_energy(study, level, tolerance)
-
-
-def _succeeds(study: Study, request: Simulation, failed: list[ImpactlabError], progress: Progress | None) -> bool:
-    """Run the next level and return whether it was completed.
-
-    A study whose levels fail is closed.
-    """
-    try:
-        _tried(study, request, progress)
-    except StepError as error:
-        failed.append(error)
-        _failed(study, study.next, error)
-        return False
-    except ImpactlabError as error:
-        failed.append(error)
-        study.closed = f"refused: {error.text}"
-        return False
-    return True
+    def _succeeds(self, study: Study) -> bool:
+        """Run the next level, or close its study; return whether it was completed."""
+        try:
+            _tried(study, self.request, self.progress)
+        except StepError as error:
+            self.failed.append(error)
+            _failed(study, study.next, error)
+            return False
+        except ImpactlabError as error:
+            self.failed.append(error)
+            study.closed = f"refused: {error.text}"
+            return False
+        return True
 
 
 def _failed(study: Study, fineness: int, error: StepError) -> None:
@@ -184,10 +173,7 @@ def _tried(study: Study, request: Simulation, progress: Progress | None) -> None
 
 
 def show_order(study: Study, request: Simulation) -> None:
-    """Run a third, coarser level to show the order of convergence.
-
-    Errors are then estimated by it.
-    """
+    """Run a third, coarser level to show the order of convergence, and estimate errors by it."""
     if len(study.levels) != 2 or not study.description.unit:
         return
     below = study.description.coarser(study.levels[0].fineness)[1]

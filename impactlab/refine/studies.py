@@ -35,10 +35,7 @@ def in_turn(request: Simulation, served: tuple[Description | None, str] | None =
 
 
 def begun(description: Description, error: float) -> Study:
-    """Return a study with its first fineness for an error.
-
-    The fineness wanted is noted.
-    """
+    """Return a study with its first fineness, and the one wanted, for an error."""
     if not description.unit:
         return Study(description, 0)
     start = description.start_for(error)
@@ -69,7 +66,7 @@ def _predicted(study: Study, fineness: int) -> float:
     return study.description.error(fineness) * (study.description.alone if alone else 1.0)
 
 
-def learn(studies: list[Study], tolerance: float) -> None:
+def start_finer(studies: list[Study], tolerance: float) -> None:
     """Begin untried descriptions finer by the prediction errors of tried ones.
 
     The smallest ratio of error to prediction is taken. The cause is mostly common to all: a contact that rises faster

@@ -1,7 +1,4 @@
-"""A drawing of a scene with beams, their supports and strikers.
-
-Beams lie along x, their strikers stand below or above.
-"""
+"""A drawing of a scene with beams along x, their supports, and strikers below or above."""
 
 from __future__ import annotations
 

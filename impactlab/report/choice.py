@@ -1,7 +1,4 @@
-"""The automatic choice as summary lines, and as `impactlab choose` document.
-
-Lines are for people, the document is for scripts.
-"""
+"""The automatic choice as summary lines for people, and as `impactlab choose` document for scripts."""
 
 from __future__ import annotations
 
@@ -13,7 +10,7 @@ from impactlab.refine import choice as automatic
 from impactlab.refine import ladder as ladder_of
 from impactlab.refine.errors.distances import counted, difference
 from impactlab.refine.references import reference
-from impactlab.refine.search import find_best, show_order
+from impactlab.refine.search import Search, show_order
 from impactlab.refine.studies import studies_of
 from impactlab.report.comparison import solution_words
 from impactlab.report.summary import method
@@ -46,7 +43,7 @@ def choose(label: str, request: Simulation, physics: Simulation) -> dict[str, An
     studies, why = studies_of(request)
     ladder = []
     for study in studies:
-        best = find_best([study], request, [])
+        best = Search(request).best([study])
         show_order(study, request)
         for level in study.levels:
             record = ladder_of.candidate(study, level, "trial", level.reason)

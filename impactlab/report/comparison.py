@@ -1,7 +1,4 @@
-"""Several runs of one case side by side, as document and table.
-
-``--json`` prints the document; the table is plain text.
-"""
+"""Several runs of one case side by side, as the document of ``--json`` and as a table of plain text."""
 
 from __future__ import annotations
 
@@ -17,10 +14,7 @@ from impactlab.report.summary import SCHEMA_VERSION, has_numbers
 def comparison(
     case_name: str, reference_name: str | None, rows: Iterable[tuple[str, Mapping[str, Any]]]
 ) -> dict[str, Any]:
-    """Return several summaries of one case side by side, for JSON.
-
-    Failed rows stay in it.
-    """
+    """Return summaries of one case side by side, failed rows included, for JSON."""
     return {
         "schema_version": SCHEMA_VERSION,
         "case": case_name,
@@ -61,10 +55,7 @@ def units_of(comparison: Mapping[str, Any]) -> dict[str, str]:
 
 
 def solution_words(reference: str) -> str:
-    """Return the reference of errors in words.
-
-    It is a converged solution, or the exact one under any of its names.
-    """
+    """Return the reference of errors in words: converged, or exact under any of its names."""
     return "a converged solution" if reference == "converged" else "the exact solution"
 
 
@@ -107,19 +98,13 @@ def _table_row(name: str, summary: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def model_label(model: Mapping[str, Any]) -> str:
-    """Return a short label of a model.
-
-    ``modal 100/40`` is 40 modes of a mesh of 100 elements.
-    """
+    """Return a short label of a model: ``modal 100/40`` is 40 modes of 100 elements."""
     sizes = [str(model[key]) for key in ("elements", "modes") if model.get(key) is not None]
     return f"{model['kind']} {'/'.join(sizes)}".strip()
 
 
 def in_round_trips(time: float | None, summary: Mapping[str, Any]) -> float | None:
-    """Return a time [s] of a summary in round trips T.
-
-    None where there is no time or no T.
-    """
+    """Return a time [s] of a summary in round trips T; None without time or T."""
     return None if time is None or not summary.get("round_trip") else time / float(summary["round_trip"])
 
 

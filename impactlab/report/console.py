@@ -100,8 +100,8 @@ def summary_text(summary: Mapping[str, Any]) -> str:
         kinds = [f"{count} {kind}" for kind, count in Counter(kinds).items()]
     laws = ", ".join(kinds) or "no contact"
     serious = [warned for warned in summary["warnings"] if warned["code"] in SERIOUS]
-    unsaid = "no steps" if method["dt"] is None else method.get("stepping", "no integrator")
-    integrator = method["integrator"]["kind"] if method["integrator"] else unsaid
+    instead = "no steps" if method["dt"] is None else method.get("stepping", "no integrator")
+    integrator = method["integrator"]["kind"] if method["integrator"] else instead
     lines = [
         f"{summary['case']}: {summary['status']}",
         *(f"  warning   {line}" for line in warning_lines(serious)),
@@ -201,10 +201,7 @@ def verdict_text(document: Mapping[str, Any]) -> str:
 
 
 def tree_text(tree: Any, indent: int = 0, derived: bool = False) -> str:
-    """Return nested plain values as indented text, like a case file.
-
-    Derived values have their units.
-    """
+    """Return nested plain values, derived ones with units, as indented text."""
     pad = "  " * indent
     lines = []
     for key, value in tree.items():

@@ -89,10 +89,7 @@ def joined_in(scene: Scene, method: Method) -> set[str]:
 
 
 def _once(facts: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
-    """Yield facts of bodies or contacts, many alike as one.
-
-    Those of many in a row are named ``bead_1 to bead_50``.
-    """
+    """Yield facts of bodies or contacts, a row of alike ones as ``bead_1 to bead_50``."""
     for words, alike in itertools.groupby(facts, lambda fact: fact[1]):
         names = [name for name, _ in alike]
         if len(names) < MIN_ALIKE:
@@ -209,10 +206,7 @@ def _end(end: End) -> str:
 
 
 def units_of(history: AbstractHistory) -> list[Units]:
-    """Return the units of the laws' options in a run.
-
-    They are in the order of its contacts.
-    """
+    """Return the units of the laws' options in a run, contact by contact."""
     laws = laws_of(history.scene, history.method if history.choice is None else history.choice.method)
     units = {key: _units(law) for key, law in {id(law): law for law in laws}.items()}  # once: a chain shares its law
     return [units[id(law)] for law in laws]
@@ -278,10 +272,7 @@ def _options(part: Mapping[str, Any], units: Units = NO_UNITS) -> str:
 
 
 def _value(value: Any, unit: Any = "") -> str:
-    """Return the value of an option in words.
-
-    ``unit`` is its unit, or those of the options in it.
-    """
+    """Return the value of an option in words; ``unit`` is that of the option or its own."""
     if isinstance(value, Mapping):
         inside = unit if isinstance(unit, Mapping) else {}
         if "kind" in value:

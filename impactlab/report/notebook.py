@@ -1,7 +1,4 @@
-"""Notebook views of cases, runs and comparisons as HTML and figures.
-
-Figures are of signals and waves.
-"""
+"""Notebook views of cases, runs and comparisons as HTML, and figures of signals and waves."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Output folders, written under a temporary name and renamed.
-
-A reader sees all files or none.
-"""
+"""Output folders, written under a temporary name and renamed: a reader sees all files or none."""
 
 from __future__ import annotations
 
@@ -60,10 +57,7 @@ def check_writable(folder: Path) -> None:
 
 @contextlib.contextmanager
 def output_folder(folder: Path) -> Iterator[Path]:
-    """Yield a temporary folder that takes the place of ``folder``.
-
-    It does so on success, else nothing remains.
-    """
+    """Yield a temporary folder that takes the place of ``folder`` on success only."""
     check_target(folder)
     target = folder.absolute()
     sweep(target.parent)
@@ -86,18 +80,12 @@ def output_folder(folder: Path) -> Iterator[Path]:
 
 
 def new_draft(parent: Path, name: str) -> Path:
-    """Return a new folder for an output of that name.
-
-    Its own name has host and process.
-    """
+    """Return a new folder for an output, named also by host and process."""
     return Path(tempfile.mkdtemp(prefix=f".{name[:100]}{DRAFT}{_host()}-{os.getpid()}.", dir=parent))
 
 
 def sweep(parent: Path) -> None:
-    """Delete the drafts in a folder that killed processes left.
-
-    Processes at work keep theirs.
-    """
+    """Delete the drafts in a folder, except those of processes at work."""
     for path in parent.glob(f".*{DRAFT}*"):
         host, _, number = path.name.rpartition(DRAFT)[2].partition(".")[0].rpartition("-")
         with contextlib.suppress(OSError):
@@ -123,10 +111,7 @@ def _is_running(number: int) -> bool:
 
 
 def files_in(folder: Path, part: str = "") -> set[str]:
-    """Return the names of files in a folder, relative to it.
-
-    With ``part``, those of one file or folder in it.
-    """
+    """Return the files in a folder, or in its ``part``, by relative name."""
     top = folder / part
     if part and (top.is_symlink() or top.is_file()):
         return {part}

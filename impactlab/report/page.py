@@ -1,7 +1,4 @@
-"""The page of a run or a comparison: one HTML file.
-
-It needs no other file, on the screen or on paper.
-"""
+"""The page of a run or a comparison: one HTML file that needs no other."""
 
 from __future__ import annotations
 
@@ -44,10 +41,7 @@ class Page(NamedTuple):
 
 
 def file_of(case: str, *, variant: bool = True) -> str:
-    """Return the words that name a case on the command line.
-
-    They are ``a.yaml``, or ``a.yaml --variant b`` of ``a/b``.
-    """
+    """Return the words that name a case, as ``a.yaml --variant b``, on the command line."""
     stem, _, name = case.partition("/")
     return f"{stem}.yaml --variant {name}" if name and variant else f"{stem}.yaml"
 
@@ -73,7 +67,7 @@ def write_page(
     calls += [partial(each.write, folder, formats) for each in shown]
     data, *drawings = (text or "" for text in side_by_side(calls)[len(page.others) :])
     figures, rules = on_page(shown, drawings)
-    formats_said = ", ".join(files.formats).upper() + ("" if files.every else "; all, as PNG or PDF: --figures png,pdf")
+    format_names = ", ".join(files.formats).upper() + ("" if files.every else "; all, as PNG or PDF: --figures png,pdf")
     text = rendered(
         "impactlab.report",
         "page.html.j2",
@@ -99,17 +93,14 @@ def write_page(
             for warned in row["summary"].get("warnings", ())
         ],
         commands=_commands(page, provenance),
-        files=[*page.files, ("figures/", formats_said), *_write_sources(out_dir, provenance)],
+        files=[*page.files, ("figures/", format_names), *_write_sources(out_dir, provenance)],
         data=data,
     )
     (out_dir / "index.html").write_text(text, encoding="utf-8")
 
 
 def _write_sources(folder: Path, provenance: Provenance) -> list[tuple[str, str]]:
-    """Write the case and its sources into a folder.
-
-    Return the names and contents of these files.
-    """
+    """Write the case and its sources into a folder; return the files' names and contents."""
     written = []
     for name, content, text in (
         ("case.yaml", "the case as it was run", provenance.case_yaml),
@@ -154,10 +145,7 @@ def write_study(file: Path, package: str, scene: Scene, origin: Provenance, **va
 
 
 def rendered(package: str, template: str, **values: Any) -> str:
-    """Return a page from a template of a package.
-
-    Its includes stand in that package or in this one.
-    """
+    """Return a page from a template of a package, with includes from there or here."""
     from jinja2 import Environment, FunctionLoader, StrictUndefined
     from markupsafe import Markup
 

@@ -1,7 +1,4 @@
-"""The data of a page: JSON with arrays in one packed text.
-
-The script of the page draws them.
-"""
+"""The data that the script of a page draws: JSON with arrays in one packed text."""
 
 from __future__ import annotations
 
@@ -121,10 +118,7 @@ def _method(trace: Trace) -> dict[str, Any]:
 def _film(
     trace: Trace, film: Frames, scene: Scene, packer: Packer, names: Sequence[str], levels: int, every: int
 ) -> dict[str, Any]:
-    """Return the film of one history for a page.
-
-    It has motion and load of its bodies, periods of contact, and events.
-    """
+    """Return the film of one history: motion and load of bodies, periods of contact, events."""
     history = trace.history
     numbers = {name: number for number, name in enumerate(names)}  # a page of many contacts draws a part of them
     shown = [span for span in history.contacts if span.contact in numbers][:MAX_EVENTS]
@@ -161,10 +155,7 @@ def _bodies(made: Frames, packer: Packer, levels: int, every: int) -> dict[str, 
 
 
 def _kept(values: Array, packer: Packer, levels: int, every: int, across: int) -> list[Any]:
-    """Return frames, places and values of a field, thinned.
-
-    It is thinned in both directions; a few places stay as they are.
-    """
+    """Return frames, places and values of a field, thinned in both except for few places."""
     thin = values[::every, :: across if values.shape[1] % across == 1 and values.shape[1] > MIN_PLACES else 1]
     return [*thin.shape, packer.add(thin, levels)]
 

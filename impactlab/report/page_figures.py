@@ -23,8 +23,8 @@ MAX_PRINTED = 3  # contacts and bodies that have figures of their own on a page 
 
 def of_run(trace: Trace, scene: Scene) -> list[PageFigure]:
     """Return the figures of one run."""
-    answer = signals.named(trace.reference)
-    dark = f" The thin line is the {answer} solution." if trace.reference is not None else ""
+    kind = signals.named(trace.reference)
+    dark = f" The thin line is the {kind} solution." if trace.reference is not None else ""
     shares = PageFigure(
         "energy",
         "Shares of the energy",
@@ -33,7 +33,7 @@ def of_run(trace: Trace, scene: Scene) -> list[PageFigure]:
         "formula explains, above it energy was gained.",
         partial(balance.energy_shares, trace, scene),
     )
-    along = fields_at_snapshots([trace], scene, f"at the snapshots.{dark if answer == 'exact' else ''}")
+    along = fields_at_snapshots([trace], scene, f"at the snapshots.{dark if kind == 'exact' else ''}")
     over_time = histories_of([trace], scene, f"Positive in compression.{dark}", dark)
     chains = [name for name, body in scene.bodies.items() if isinstance(body, Mechanism)]
     words = "To scale, links drawn straight: at the start, where contacts begin, and at the end."
@@ -54,8 +54,8 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
         return []
     compared = any(trace.reference is not None for trace in shown)
     reference = exact_of(shown)
-    answer = signals.named(reference)
-    dark = f" The thin line is the {answer} solution." if compared else ""
+    kind = signals.named(reference)
+    dark = f" The thin line is the {kind} solution." if compared else ""
     known = [*([reference] if reference is not None else []), *(trace.history for trace in shown)]
     figures = [*probes(shown, scene, compared=True), *waves(known, scene)]
     if compared:
@@ -67,7 +67,7 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
         figures.append(PageFigure("errors", "Errors", words, draw))
     if not all(contact.linked for contact in named_contacts([trace.history for trace in shown])):
         words = (
-            f"A bar is a period of contact, a tick an impulse. Dotted lines are the {answer} closings and openings: a "
+            f"A bar is a period of contact, a tick an impulse. Dotted lines are the {kind} closings and openings: a "
             "bar cut in pieces is chatter, a missing bar a missed contact."
         )
         figures.append(PageFigure("contacts", "Periods of contact", words, partial(overview.contacts, shown, scene)))
@@ -177,10 +177,7 @@ def _on_pieces(contact: NamedContact) -> str:
 
 
 def fields_at_snapshots(shown: Sequence[Trace], scene: Scene, words: str) -> list[PageFigure]:
-    """Return figures of the load along elastic bodies at snapshots.
-
-    There are none where the case has no snapshots.
-    """
+    """Return figures of the load along elastic bodies at the snapshots of a case."""
     figures = []
     for number, (name, body) in enumerate(scene.elastic.items() if scene.snapshots else ()):
         load = fields.load_of(body)
@@ -220,10 +217,7 @@ def row_forces(history: AbstractHistory) -> list[PageFigure]:
 
 
 def force_notes(comparison: Mapping[str, Any], several: bool) -> dict[str, str]:
-    """Return the text above the panel of each method.
-
-    It is its error of the force away from jumps.
-    """
+    """Return text above each method's panel: its error of the force away from jumps."""
     words, notes = "off jumps, worst contact" if several else "off jumps", {}
     for row in comparison["rows"]:
         error = (row["summary"].get("errors") or {}).get("force_away_from_jumps")

@@ -12,10 +12,7 @@ from impactlab.cite import cite
 
 
 class Provenance(NamedTuple):
-    """Where a result comes from, as texts.
-
-    They are those of a case, or those that a file kept.
-    """
+    """Where a result comes from, as texts of a case or of a file."""
 
     title: str = ""
     source: str = ""
@@ -27,10 +24,7 @@ class Provenance(NamedTuple):
 
 
 def of_case(case: Case, command: str = "") -> Provenance:
-    """Return the provenance of a run of a case.
-
-    It is dated now, or at ``SOURCE_DATE_EPOCH`` where that is set.
-    """
+    """Return the provenance of a run of a case, dated now or at ``SOURCE_DATE_EPOCH``."""
     return Provenance(case.title, case.source, command, case.to_yaml(), cite(case).bibtex, date=now())
 
 

@@ -35,7 +35,6 @@ def write_run(
     out_dir: Path,
     summary: Mapping[str, Any],
     history: AbstractHistory,
-    scene: Scene,
     reference: Reference | None,
     provenance: Provenance = Provenance(),  # noqa: B008 - a record of texts
     files: FigureFiles = FigureFiles(),  # noqa: B008 - a record
@@ -62,10 +61,8 @@ def write_run(
     """
     out_dir = Path(out_dir)
     (out_dir / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-    arrays, is_large = (
-        partial(_write_arrays, out_dir / "history.npz", history, scene),
-        len(history.channels()) >= MIN_BESIDE,
-    )
+    arrays = partial(_write_arrays, out_dir / "history.npz", history)
+    scene, is_large = history.scene, len(history.channels()) >= MIN_BESIDE
     if not is_large:
         arrays()
     name, (part, left_out) = _label(summary), drawn_part(scene)
@@ -115,11 +112,11 @@ def _label(summary: Mapping[str, Any]) -> str:
     return ", ".join(laws) or "no contact"
 
 
-def _write_arrays(path: Path, history: AbstractHistory, scene: Scene) -> None:
-    np.savez_compressed(path, **history_arrays(history, scene))
+def _write_arrays(path: Path, history: AbstractHistory) -> None:
+    np.savez_compressed(path, **history_arrays(history))
 
 
-def history_arrays(history: AbstractHistory, scene: Scene) -> dict[str, Any]:
+def history_arrays(history: AbstractHistory) -> dict[str, Any]:
     """Return the arrays of history.npz by name.
 
     ``time`` (n,) and each channel (n,) under its name; ``events/...`` (m,); ``energy/...`` at ``energy/time``;
@@ -138,8 +135,8 @@ def history_arrays(history: AbstractHistory, scene: Scene) -> dict[str, Any]:
         "energy/total": book.total,
         "energy/balance": book.balance,
     }
-    for body, described in scene.elastic.items():
-        for instant in scene.snapshots:
+    for body, described in history.scene.elastic.items():
+        for instant in history.scene.snapshots:
             for quantity in ("displacement", "velocity", fields.load_of(described)):
                 field = history.field(body, instant, quantity)
                 arrays[f"field/x:{body}"] = field.x

@@ -1,7 +1,4 @@
-"""A drawing of the scene as SVG for the page.
-
-Bodies stand on a line, with their supports and the directions of their motion.
-"""
+"""A drawing of the scene as SVG: bodies on a line, supports and directions of motion."""
 
 from __future__ import annotations
 

@@ -236,9 +236,6 @@ def rotation(scene: Scene) -> dict[str, Any]:
 
 
 def _ranges(history: AbstractHistory, channel: str) -> dict[str, float]:
-    """Return the least, largest and last value of a channel.
-
-    They are in its SI unit.
-    """
+    """Return the least, largest and last value of a channel in its SI unit."""
     least, largest = extremes(history, channel)
     return {"min": least, "max": largest, "final": history.at_end(channel)}

@@ -79,10 +79,7 @@ def markdown(comparison: Mapping[str, Any]) -> str:
 
 
 def comma_separated(comparison: Mapping[str, Any]) -> str:
-    """Return the table as CSV with full digits.
-
-    A missing value is an empty cell, a failure stands last.
-    """
+    """Return the table as CSV with full digits, missing values empty, failures last."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow([*headings(comparison), "failure"])

@@ -65,10 +65,7 @@ def split_at_contacts(scene: Scene) -> Scene:
 
 
 def cut_at(segments: Sequence[Segment], places: Sequence[float]) -> Iterator[Any]:
-    """Yield the segments cut at rising places along the body [m].
-
-    Each keeps its own kind.
-    """
+    """Yield the segments cut at rising places along the body [m], each of its own kind."""
     start = 0.0
     for segment in segments:
         end, left = start + segment.length, segment.length
@@ -170,10 +167,7 @@ def field_acceleration(scene: Scene) -> float:
 
 
 def steady_facts(scene: Scene) -> dict[str, dict[str, Any]]:
-    """Return the steady state of each rotating body by name, ready for JSON.
-
-    Units are rad/s, m and Pa.
-    """
+    """Return the steady state of each rotating body by name in SI units, ready for JSON."""
     facts: dict[str, dict[str, Any]] = {}
     for name, body in scene.bodies.items():
         if body.rotation is None:

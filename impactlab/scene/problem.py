@@ -62,10 +62,7 @@ class Contact:
         return self.left, self.right
 
     def places_on(self, body: str) -> list[float]:
-        """Return the places x [m] of its faces on a body.
-
-        There are two if the body meets itself.
-        """
+        """Return the places x [m] of its faces on a body: two if it meets itself."""
         return [face.x for face in self.faces if face.body == body]
 
 
@@ -127,10 +124,7 @@ class Scene:
         return tuple(kept)
 
     def with_frames(self, count: int) -> Scene:
-        """Return the scene with frames at equal parts of the run.
-
-        There are ``count`` parts, at least one.
-        """
+        """Return the scene with frames at ``count`` equal parts, at least one, of the run."""
         if isinstance(count, bool) or not isinstance(count, Integral) or count < 1:
             raise ImpactlabError(f"frames is {count!r}. Allowed: whole numbers from 0", remedy="Give frames=240.")
         more = (self.duration * number / count for number in range(count + 1))

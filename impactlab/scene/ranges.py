@@ -176,17 +176,14 @@ def _odd_specimen(contact: Contact, scene: Scene, law: Any) -> Iterator[str]:
 
 
 def odd_laws(scene: Scene, laws: Mapping[str, Any]) -> Iterator[str]:
-    """Yield sentences on values beyond those of any soil or specimen.
-
-    There is one for each group of links.
-    """
-    said: set[str] = set()
+    """Yield a sentence per group of links on values beyond those of soil or specimens."""
+    known: set[str] = set()
     for contact in scene.contacts:
         if hasattr(laws[contact.name], "first_yield"):
             yield from _odd_specimen(contact, scene, laws[contact.name])
         quake, named = getattr(laws[contact.name], "quake", 0.0), contact.shared_name
-        if quake > MAX_QUAKE and named not in said:
-            said.add(named)
+        if quake > MAX_QUAKE and named not in known:
+            known.add(named)
             yield (
                 f"{named}: the quake is {quake:.4g} m, and those of soils are below {MAX_QUAKE:g} m; is a unit "
                 "missing, as in '2.5 mm'?"

@@ -60,10 +60,7 @@ class KeepsResults(Generic[Made]):
         self._recent: Recent[tuple[int, int, float], tuple[Scene, Method, Made]] = Recent(MAX_KEPT)
 
     def __call__(self, scene: Scene, method: Method) -> Made:
-        """Return the result for a scene and a method, made or kept.
-
-        It raises as the function does.
-        """
+        """Return the result for a scene and a method, made or kept; raise as the function."""
         key = id(scene), id(method), memory_limit() if self._limited else 0.0
         return self._recent.get_or_make(
             key, lambda: (scene, method, self._make(scene, method)), lambda made: self._is_kept(made[2])

@@ -103,10 +103,7 @@ def in_bytes(count: float) -> str:
 
 
 def columns_of(scene: Scene) -> int:
-    """Return the count of numbers in a record.
-
-    They are time, six of each contact, probes, position and velocity of masses.
-    """
+    """Return the count of numbers in a record: time, contacts' six, probes, masses' position and velocity."""
     return 1 + 6 * len(scene.contacts) + len(scene.recorded_probes) + len(scene.own_channels)
 
 

@@ -116,10 +116,7 @@ class AbstractRecordedHistory(AbstractHistory):
         self._taken: tuple[Array, dict[tuple[int, str, bool], Array]] | None = None  # snapshots of a copy
 
     def facts_of(self, contact: Contact) -> ContactFacts:
-        """Return the facts of a contact that checks read.
-
-        All runs of a plan share them.
-        """
+        """Return the facts of a contact that checks read, shared by runs of a plan."""
         known = self._facts.get(contact.name)
         if known is None:
             known = ContactFacts(self.scene, self.method, self.built, self.dt, contact)

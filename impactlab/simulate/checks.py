@@ -120,10 +120,7 @@ def slow_loss(history: AbstractRecordedHistory, loss: float) -> Iterator[Warned]
 
 
 def dropped_in_maps(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Yield a warning where changes of coordinates dropped a large energy share.
-
-    Coordinates change with a contact.
-    """
+    """Yield a warning where changes of coordinates by contacts dropped a large energy share."""
     energy, changes = history.dropped
     share = energy / reference_energy(history)
     if share > DROPPED_WARN:
@@ -251,10 +248,7 @@ def gain_remedy(assembly: Assembly, history: AbstractRecordedHistory) -> str:
 
 
 def stiffer_link(history: AbstractRecordedHistory) -> str | None:
-    """Return the remedy for the first link that bends too far.
-
-    None where no link of a mechanism does.
-    """
+    """Return the remedy for the first link that bends too far, or None."""
     return next((f"{bent}. {STIFFER_LINK}" for bent in mechanisms.too_bent(history)), None)
 
 

@@ -1,7 +1,4 @@
-"""A run of a scene under a method: exact, or in steps.
-
-The code of each is loaded where it is used.
-"""
+"""A run of a scene under a method, exact or in steps, by code that is loaded where used."""
 
 from __future__ import annotations
 

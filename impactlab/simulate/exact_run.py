@@ -71,10 +71,7 @@ def _not_stepped(method: Method) -> Iterator[Warned]:
 
 
 def _exactly_hard(method: Method) -> Iterator[Warned]:
-    """Yield a warning for each law that approximates a hard contact.
-
-    The exact solver solves such a contact itself.
-    """
+    """Yield a warning for each law in place of a hard contact, which is solved exactly."""
     for name, law in method.laws.items():
         if law.hard and not law.is_the_contact:
             text = f"{name}: the exact solver solves the hard contact itself, and does not use law '{kind_of(law)}'"
@@ -82,10 +79,7 @@ def _exactly_hard(method: Method) -> Iterator[Warned]:
 
 
 def _not_counted(method: Method) -> Iterator[Warned]:
-    """Yield a warning for each model with modes or elements.
-
-    A run that takes no steps ignores them.
-    """
+    """Yield a warning for each model whose modes or elements a run without steps ignores."""
     for name, model in method.models.items():
         if isinstance(model, Continuous) and (model.modes is not None or model.elements is not None):
             text = f"'{name}': the exact solver takes no steps, and ignores modes and elements"

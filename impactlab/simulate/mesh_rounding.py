@@ -1,7 +1,4 @@
-"""Rounding errors of meshes whose bodies are displaced as a whole.
-
-Their forces cancel, all except the last digits.
-"""
+"""Rounding errors of meshes displaced as a whole, whose forces cancel except for the last digits."""
 
 from __future__ import annotations
 

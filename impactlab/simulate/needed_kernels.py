@@ -1,7 +1,4 @@
-"""Compiled functions that a run will need, known before its set-up.
-
-They are compiled side by side if not on disk.
-"""
+"""Compiled functions that a run will need, compiled side by side before its set-up if not on disk."""
 
 from __future__ import annotations
 

@@ -18,10 +18,7 @@ REACH_FURTHER = "Move the slide, or give longer links or a shorter run."
 
 
 def slid(scene: Scene) -> Iterator[tuple[str, float]]:
-    """Yield each body with a slide, and its link's angle reading.
-
-    The reading is given by number.
-    """
+    """Yield each body with a slide, and its link's angle reading by number."""
     for name, body in scene.bodies.items():
         if body.sliding:
             yield name, next(x for channel, x, _ in body.recorded if channel == f"angle:{body.sliding}")

@@ -1,7 +1,4 @@
-"""A run in steps: the step loop, or an adaptive march, then checks.
-
-The loop runs in chunks.
-"""
+"""A run in steps: the step loop in chunks, or an adaptive march, then checks."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Checks of the environment before heavy imports.
-
-They find faults that would end in a hang, or in a traceback of another library.
-"""
+"""Checks, before heavy imports, of an environment that would end in a hang or a traceback."""
 
 from __future__ import annotations
 

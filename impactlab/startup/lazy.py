@@ -42,10 +42,7 @@ def above(module: str) -> Any:
 
 
 def public_names(names: Iterable[str]) -> Callable[[], list[str]]:
-    """Return a package's `__dir__`: its public names, also those not imported yet.
-
-    It is used by completion and `help`.
-    """
+    """Return a package's public names, imported or not, for completion and `help`."""
     listed = sorted(names)
     return lambda: list(listed)
 

@@ -1,7 +1,4 @@
-"""Axes of a sweep: paths of the case with their checked values.
-
-They are read and checked before the first run.
-"""
+"""Axes of a sweep: paths of the case with their values, read and checked before the first run."""
 
 from __future__ import annotations
 
@@ -77,10 +74,7 @@ class Points:
         return math.prod(self.shape)
 
     def settings(self, number: int) -> dict[str, Any]:
-        """Return path and value of each axis at a point.
-
-        Points are numbered with the last axis running fastest.
-        """
+        """Return path and value of each axis at a point, the last axis running fastest."""
         if self.listed:
             return {axis.path: axis.values[number] for axis in self.axes}
         found: dict[str, Any] = {}

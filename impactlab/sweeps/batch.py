@@ -186,10 +186,7 @@ def columns_of(each: WantedQuantity, pattern: Pattern) -> NDArray[np.int64]:
 
 
 def _try(batch: Batch, count: int, sought: Sequence[WantedQuantity], single: Callable[[int], Values | None]) -> None:
-    """Compare some points with runs of their own, and measure others' time.
-
-    Raise `BatchMismatch` where they differ.
-    """
+    """Compare some points with runs, and time others; raise `BatchMismatch` where they differ."""
     chosen = inner_points(count)
     values, served = batch.at(chosen)
     if not served.any():

@@ -1,7 +1,4 @@
-"""Axes of a sweep as entries of the vector of numbers of exact runs.
-
-A batch marches these vectors.
-"""
+"""Axes of a sweep as entries of the vectors of numbers that a batch of exact runs marches."""
 
 from __future__ import annotations
 
@@ -51,10 +48,7 @@ class AxisEntries(NamedTuple):
 
 
 def numbers_of(case: Case) -> marcher.Built:
-    """Return pattern, vector and network of a case.
-
-    Raise `NotServed`, or the errors of the case.
-    """
+    """Return pattern, vector and network of a case; raise `NotServed`, or its errors."""
     run = case.simulation()
     if run.method.tolerance is not None or not is_exact(*run) or any(theories(*run)):
         raise NotServed("the runs are not exact: some rods are not continuous, or some laws have no exact solution")
@@ -101,10 +95,7 @@ def on_axis(case: Case, axis: Axis, others: Mapping[str, Any], base: marcher.Bui
 
 
 def over_all(case: Case, grid: Points, base: marcher.Built) -> points.Numbers:
-    """Return the numbers of all points of a sweep.
-
-    Raise `NotServed` where two axes change one number.
-    """
+    """Return the numbers of all points; raise `NotServed` where axes share a number."""
     axes = [on_axis(case, axis, grid.settings(0), base) for axis in grid.axes]
     entries = [entry for axis in axes for entry in axis.entries]
     if len(set(entries)) < len(entries):
@@ -184,10 +175,7 @@ def inner_points(count: int) -> list[int]:
 
 
 def prove(case: Case, grid: Points, base: marcher.Built, march: marcher.Marcher) -> None:
-    """Build corners and some points on their own, to compare networks.
-
-    Raise `NotServed` where one is not allowed or has another network.
-    """
+    """Build corners and some points to compare networks; raise `NotServed` where one differs."""
     for settings in corners(grid):
         if not numbers_of(at_point(case, settings)).pattern.same_as(base.pattern):
             raise NotServed("a corner of the grid has bodies that are connected in another way")

@@ -53,10 +53,7 @@ def joined(parts: Sequence[Chunk]) -> Chunk:
 
 
 class Folder:
-    """The folder of a sweep.
-
-    It is made by `opened`, which holds its lock, or to read one.
-    """
+    """The folder of a sweep, made by `opened` under its lock, or to read one."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -91,10 +91,7 @@ def connected(address: str, made: Sweep, plugins: Mapping[str, str]) -> Iterator
 
 @contextlib.contextmanager
 def _local(count: int) -> Iterator[LocalCluster]:
-    """Yield a cluster of processes on the loopback address.
-
-    None of them writes results to disk.
-    """
+    """Yield a cluster of processes on the loopback address, with results in memory."""
     import dask
     from distributed import LocalCluster
 
@@ -137,10 +134,7 @@ def _client(address: str) -> Iterator[Client]:
 
 
 def fingerprint(plugins: tuple[str, ...]) -> dict[str, str]:
-    """Return hashes of impactlab and of plugins, and versions, of this process.
-
-    The versions are those of packages that numbers depend on.
-    """
+    """Return hashes of impactlab and plugins, and versions of numeric packages, of this process."""
     found = {"code of impactlab": code_hash(), **{f"plugin {name}": tree_hash(name) for name in plugins}}
     return found | {f"version of {name}": version for name, version in numeric_environment().items()}
 
@@ -273,10 +267,7 @@ class Cluster:
         return self.client.submit(function, self.whole, self.expected, *job, pure=False, **only)
 
     def _outcome(self, job: Job, future: Future, limit: float) -> JobOutcome:
-        """Return the outcome of a job that ended or was too slow.
-
-        Its result is released.
-        """
+        """Return the outcome of a job that ended or was too slow; release its result."""
         from distributed import KilledWorker
 
         if not future.done():
@@ -365,10 +356,7 @@ def _chunk(made: Sweep, expected: Mapping[str, str], first: int, last: int) -> C
 
 
 def _timed(made: Sweep, expected: Mapping[str, str], *_job: int) -> float:
-    """Return the time of the first point in a worker [s].
-
-    It is run again once the code is loaded.
-    """
+    """Return the time of the first point in a worker [s], its code loaded before."""
     spent = math.inf
     for _ in range(2):
         began = time.perf_counter()

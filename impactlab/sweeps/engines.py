@@ -1,7 +1,4 @@
-"""Chunks of a sweep computed in this process or in others.
-
-A process that hangs or dies costs a single point.
-"""
+"""Chunks of a sweep computed in this process or in others, of which one that hangs or dies costs a point."""
 
 from __future__ import annotations
 

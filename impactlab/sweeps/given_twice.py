@@ -1,7 +1,4 @@
-"""Errors for axes whose values another axis or a setting gives.
-
-The setting is one of the command.
-"""
+"""Errors for axes whose values another axis, or a setting of the command, gives."""
 
 from __future__ import annotations
 

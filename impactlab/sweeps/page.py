@@ -122,10 +122,7 @@ def _shown(value: Any, unit: str) -> str:
 
 
 def _panels(figure: Figure) -> list[dict[str, Any]]:
-    """Return the boxes of the panels of a figure, as shares of it.
-
-    They are counted from its upper left corner.
-    """
+    """Return the boxes of a figure's panels, as shares of it from its upper left corner."""
     boxes = [axes.get_position().bounds for axes in figure.axes if axes.get_label() == PANEL]
     return [{"left": x, "top": 1.0 - y - height, "width": width, "height": height} for x, y, width, height in boxes]
 
@@ -179,18 +176,12 @@ def _shares(found: xarray.Dataset, axis: str) -> list[float]:
 
 
 def setting(path: str, value: Any) -> str:
-    """Return the option of ``impactlab run`` that gives a value of an axis.
-
-    It is quoted as a shell needs it.
-    """
+    """Return the option of ``impactlab run`` for a value of an axis, quoted for a shell."""
     text = value if isinstance(value, str) else json.dumps(value)
     return shlex.join(["--method", text] if path == METHOD else ["--set", f"{path}={text}"])
 
 
 def _packed(table: Array) -> str:
-    """Return numbers as text: bytes by place, deflated, in base64.
-
-    The first bytes of all numbers come first, then the second ones.
-    """
+    """Return numbers as text: bytes, all first ones first, deflated, in base64."""
     planes = np.frombuffer(table.tobytes(), np.uint8).reshape(-1, 4).T
     return base64.b64encode(zlib.compress(planes.tobytes(), 6)).decode("ascii")

@@ -62,10 +62,7 @@ def open_sweep(path: str | Path) -> xarray.Dataset:
 
 
 def counts(found: xarray.Dataset) -> dict[str, int]:
-    """Return the number of points of each status in a sweep's dataset.
-
-    Only statuses that occur are included.
-    """
+    """Return the number of points of each status that occurs in a sweep's dataset."""
     numbers = np.bincount(found.status.values.ravel(), minlength=len(STATUSES)).tolist()
     return {name: count for name, count in zip(STATUSES, numbers, strict=True) if count}
 
@@ -77,10 +74,7 @@ def first_reason(found: xarray.Dataset) -> str:
 
 
 class Result:
-    """The arrays of a sweep, filled chunk by chunk.
-
-    Points that were not added are missing.
-    """
+    """The arrays of a sweep, filled chunk by chunk; other points are missing."""
 
     def __init__(self, content: Mapping[str, Any]) -> None:
         self.content = content

@@ -1,7 +1,4 @@
-"""Sweeps: all points of a case, in this process or in several.
-
-An interrupted sweep is continued.
-"""
+"""Sweeps: all points of a case, in this process or in several, continued after an interruption."""
 
 from __future__ import annotations
 
@@ -188,10 +185,7 @@ def _made_of(
 
 
 def _others(case: Case, grid: Points) -> list[Scene]:
-    """Return scenes in which other bodies and contacts may be.
-
-    They are those of each method, block or whole number.
-    """
+    """Return scenes of each method, block or whole number, in which bodies and contacts may differ."""
     changing = [axis for axis in grid.axes if not axis.is_numeric or axes.takes_whole(case, axis.path)]
     if grid.listed:
         firsts: dict[str, int] = {}
@@ -267,10 +261,7 @@ def write(folder: Folder, found: xarray.Dataset, made: Sweep, command: str, repe
 
 @contextlib.contextmanager
 def kept_in(path: Path) -> Iterator[None]:
-    """Turn a fault of the folder of a sweep into `SweepError`.
-
-    Such a fault is a full disk.
-    """
+    """Turn a fault of the folder of a sweep, as a full disk, into `SweepError`."""
     try:
         yield
     except OSError as error:

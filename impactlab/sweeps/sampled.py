@@ -1,7 +1,4 @@
-"""Channels as quantities of a sweep, at given times or by their extremes.
-
-They are checked before the first run.
-"""
+"""Channels, at given times or by their extremes, as quantities of a sweep, checked before the first run."""
 
 from __future__ import annotations
 
@@ -31,10 +28,7 @@ class Sampled(NamedTuple):
 
 
 class Extreme(NamedTuple):
-    """The largest or the least value of a channel as a quantity.
-
-    It is written as ``max(strain:rod@0.15)``.
-    """
+    """The largest or least value of a channel as a quantity, as ``max(strain:rod@0.15)``."""
 
     of: str  # max or min
     channel: str
@@ -57,10 +51,7 @@ def extreme_in(name: str) -> Extreme | None:
 
 
 def is_sampled(name: str) -> bool:
-    """Return whether a quantity is a channel at given times.
-
-    It then has the name of the channel.
-    """
+    """Return whether the name of a quantity is that of a channel at given times."""
     return ":" in name and extreme_in(name) is None
 
 

@@ -87,10 +87,7 @@ def held(path: Path, shard: Shard | None, prepare: Callable[[], T]) -> Iterator[
 
 
 def _refuse_overlap(lock: Path, shard: Shard | None) -> None:
-    """Raise `CaseError` where another shard at work has points of this sweep.
-
-    The shard is that of a lock file.
-    """
+    """Raise `CaseError` where the shard of a lock file has points of this sweep."""
     number, _, parts = lock.stem.removeprefix("shard-").partition("-of-")
     other = f"{number}/{parts}"
     if shard is not None and parts == str(shard.parts) and number != str(shard.number):

@@ -1,7 +1,4 @@
-"""Short names of axis values that are no numbers: methods and blocks.
-
-Laws are such blocks.
-"""
+"""Short names of axis values that are no numbers: methods, and blocks such as laws."""
 
 from __future__ import annotations
 

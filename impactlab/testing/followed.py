@@ -1,7 +1,4 @@
-"""A table of branches followed along a given motion, in plain Python.
-
-It checks the `branches` of a law.
-"""
+"""A table of branches, the `branches` of a law, followed along a given motion in plain Python."""
 
 from __future__ import annotations
 
@@ -48,10 +45,7 @@ class Follower:
         return short if until.rises else -short
 
     def move(self, start: float, end: float, rate: float) -> None:
-        """Follow the faces from one approach to another [m].
-
-        The rate [m/s] has the same sign.
-        """
+        """Follow the faces between approaches [m] at a rate [m/s] of that sign."""
         at = start
         for _ in range(MAX_CHANGES):
             found: tuple[float, Until] | None = None

@@ -1,7 +1,4 @@
-"""Invariants of a run as numbers that are zero except for rounding.
-
-They are so where the law and the scheme are right.
-"""
+"""Invariants of a run as numbers that are zero, except for rounding, if law and scheme are right."""
 
 from __future__ import annotations
 

@@ -113,10 +113,7 @@ class PlainLoop:
             port.readings[: len(contact.read)] = [*(contact.read @ self.state + contact.left_out @ forces)]
 
     def fill(self, contact: PlainContact, free: Array) -> None:
-        """Fill a port at the end of the free step.
-
-        The effect of the other contacts is included.
-        """
+        """Fill a port at the end of the free step, with the other contacts' effect."""
         port, left, right = contact.port, contact.port.left, contact.port.right
         left.free_displacement, right.free_displacement = contact.u @ free
         left.free_velocity, right.free_velocity = contact.v @ free
@@ -154,10 +151,7 @@ class PlainLoop:
         raise StepError("contacts do not agree", time=self.time, step=round(self.time / self.dt), remedy=SMALLER_STEP)
 
     def date(self, contact: PlainContact) -> None:
-        """Date closing and opening in the step.
-
-        Phase and memory are carried on to the next.
-        """
+        """Date closing and opening in the step; carry phase and memory to the next."""
         port, reply, record = contact.port, contact.reply, contact.record
         given, now = reply.force * self.dt + reply.impulse, (self.time, self.dt)
         touched = record.dates and (port.in_contact or reply.in_contact or given > TOUCH_TOL * record.total)

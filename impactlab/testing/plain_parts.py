@@ -23,10 +23,7 @@ FORCE, IMPULSE, PROJECTION, PUSH, JUMP = range(5)
 
 
 class PlainContact:
-    """One contact: its law, its records, its rows and columns.
-
-    Rows and columns are over the whole state.
-    """
+    """One contact: its law, its records, its rows and columns over the whole state."""
 
     def __init__(self, plan: Plan, assembly: Assembly, rows: Array, number: int, columns: Array, pushed: Array) -> None:
         contacts, starts, first = plan.scene.contacts, plan.starts, 2 * number

@@ -1,7 +1,4 @@
-"""Scenes with their methods, for tests.
-
-They have a struck body, bodies in a row, or any bodies with models and laws.
-"""
+"""Scenes with their methods, for tests: a struck body, bodies in a row, or any bodies."""
 
 from __future__ import annotations
 

@@ -57,10 +57,7 @@ class Trace(NamedTuple):
         return np.array([self.history.assembly.layout.state_of(body, state, velocities=True) for state in self.states])
 
     def kept(self, body: str) -> Array:
-        """The further state of a body under the scheme, (n_steps + 1, ...).
-
-        It is that after each step.
-        """
+        """The further state of a body after each step of the scheme, (n_steps + 1, ...)."""
         start, size = self.history.assembly.layout.shift[body], self.plan.steppers[body].state.size
         known = 2 * self.plan.built[body].system.load.size
         return self.states[:, start + known : start + size]

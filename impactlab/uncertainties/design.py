@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import numbers as kinds
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +27,8 @@ class Design(NamedTuple):
     B, and each further block A with one number taken from B.
     """
 
+    uncertain: tuple[Uncertain, ...]
+    seed: int
     points: Points
     shape: tuple[int, int, int]  # blocks, scramblings, points of each
 
@@ -49,7 +50,7 @@ def check_samples(samples: int, seed: int) -> None:
     expect_whole(seed, "--seed", 0, MAX_SEED)
 
 
-def design(uncertain: Sequence[Uncertain], samples: int, seed: int, *, indices: bool) -> Design:
+def design(uncertain: tuple[Uncertain, ...], samples: int, seed: int, *, indices: bool) -> Design:
     """Return the points of so many samples.
 
     The samples themselves are the same with and without indices.
@@ -86,4 +87,4 @@ def design(uncertain: Sequence[Uncertain], samples: int, seed: int, *, indices: 
         "scramblings": SCRAMBLINGS,
         "distributions": json.dumps({each.path: each.text for each in uncertain}),
     }
-    return Design(Points(tuple(made), listed=True, design=about), shape)
+    return Design(uncertain, seed, Points(tuple(made), listed=True, design=about), shape)

@@ -1,7 +1,4 @@
-"""Edges of the contact sequence in an uncertain number, by bisection of runs.
-
-They lie within the spread of the number.
-"""
+"""Edges of the contact sequence within the spread of an uncertain number, by bisection of runs."""
 
 from __future__ import annotations
 
@@ -29,10 +26,7 @@ Contacts = list[tuple[str, str]] | None
 
 
 class Edge(NamedTuple):
-    """A value of an uncertain number at which the sequence of contacts changes.
-
-    All others are at their means.
-    """
+    """A value of an uncertain number, others at their means, that changes the sequence of contacts."""
 
     number: Uncertain
     value: float

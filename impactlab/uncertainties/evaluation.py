@@ -1,7 +1,4 @@
-"""Estimates of all quantities from the points of a sweep, with warnings.
-
-Linear estimates are beside them.
-"""
+"""Estimates of all quantities from the points of a sweep beside linear ones, with warnings."""
 
 from __future__ import annotations
 
@@ -40,12 +37,10 @@ MAX_WORDS = 160  # characters of a reason
 
 def evaluated(
     case: Case,
-    uncertain: tuple[Uncertain, ...],
-    data: xarray.Dataset,
     made: Design,
+    data: xarray.Dataset,
     quantities: Sequence[str | Sampled],
     percents: tuple[float, ...],
-    seed: int,
     *,
     leave_out: bool,
 ) -> Uncertainty:
@@ -53,7 +48,7 @@ def evaluated(
 
     ``leave_out`` leaves points without values out of the indices.
     """
-    ended = np.isin(data["status"].values, ENDED)
+    uncertain, ended = made.uncertain, np.isin(data["status"].values, ENDED)
     warnings = [] if ended.all() else [failed_words(data, ended, uncertain)]
     slopes, lines = linear(case, uncertain, quantities), dict[tuple[str, str], Linear]()
     if isinstance(slopes, ImpactlabError):
@@ -90,7 +85,7 @@ def evaluated(
         text = "Points without values stop the Sobol indices."
         warnings.append(f"{text} To leave them out: failed='leave_out', or --failed leave_out.")
     return Uncertainty(
-        case.label, uncertain, made.samples, seed, percents, tuple(spreads), tuple(shares), tuple(found),
+        case.label, uncertain, made.samples, made.seed, percents, tuple(spreads), tuple(shares), tuple(found),
         tuple(warnings), data,
     )  # fmt: skip
 

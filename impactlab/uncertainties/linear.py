@@ -1,7 +1,4 @@
-"""Linear estimate of an uncertainty from derivatives at the means.
-
-It has the values there, and the variances that the derivatives carry over.
-"""
+"""Linear estimate of an uncertainty: values and derivatives at the means, and variances carried over."""
 
 from __future__ import annotations
 

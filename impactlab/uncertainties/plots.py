@@ -31,10 +31,7 @@ WHISKER: dict[str, Any] = {"color": INK, "linewidth": 1.1}
 
 @drawn
 def plot_spreads(data: xarray.Dataset, spreads: Sequence[Spread], percents: Sequence[float]) -> Figure:
-    """Return a figure of the values of one quantity.
-
-    It is a histogram beside a distribution, or a band over time.
-    """
+    """Return a figure of one quantity: histogram and distribution, or a band over time."""
     if is_sampled(spreads[0].quantity):
         return _band(spreads, percents)
     shown = [each for each in spreads if each.varies][:MAX_PANELS]
@@ -103,10 +100,7 @@ def _distribution(axes: Axes, values: Array, spread: Spread, percents: Sequence[
 
 
 def _linear(axes: Axes, values: Array, spread: Spread, unit: Unit) -> tuple[Array, tuple[float, float]]:
-    """Return places on the axis, and mean and deviation of the linear estimate.
-
-    They are empty without such an estimate.
-    """
+    """Return places on the axis, and the linear estimate's mean and deviation, or none."""
     mean, deviation = spread.linear_mean / unit.size, spread.linear_deviation / unit.size
     low, high = float(values.min()), float(values.max())
     if math.isfinite(deviation) and deviation > 0.0:
@@ -169,10 +163,7 @@ def plot_counts(shares: Sequence[Share]) -> Figure:
 
 @drawn
 def plot_indices(found: Sequence[Index]) -> Figure:
-    """Return a figure of first and total indices with their intervals.
-
-    Diamonds are those of the linear estimate.
-    """
+    """Return a figure of Sobol indices with intervals; diamonds are linear estimates."""
     names = list(dict.fromkeys((each.quantity, each.label) for each in found))[:MAX_PANELS]
     paths = list(dict.fromkeys(each.parameter for each in found))
     left = 0.3 + 0.078 * max(map(len, paths))

@@ -187,10 +187,7 @@ class Uncertainty:
 
 
 def _is_printed(of: Spread | Index) -> bool:
-    """Return whether a value is in the printed tables.
-
-    Those of sampled channels are too many.
-    """
+    """Return whether a value is in the printed tables, as values of sampled channels are not."""
     return not is_sampled(of.quantity)
 
 
@@ -199,10 +196,7 @@ def _number(value: float, digits: int) -> str:
 
 
 def _digits(of: Estimate) -> int:
-    """Return the significant digits of an estimate, from its error.
-
-    There is one digit more of the error.
-    """
+    """Return the significant digits of an estimate: one more than its error leaves."""
     if not (0.0 < of.error < math.inf and math.isfinite(of.value) and of.value):
         return 6
     return min(6, max(1, 2 + math.floor(math.log10(abs(of.value))) - math.floor(math.log10(of.error))))

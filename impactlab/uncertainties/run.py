@@ -1,7 +1,4 @@
-"""Uncertainty of a case: samples of its uncertain numbers, run by a sweep.
-
-They give the spread of its quantities.
-"""
+"""Uncertainty of a case: the spread of its quantities from samples of its numbers, run by a sweep."""
 
 from __future__ import annotations
 
@@ -100,8 +97,10 @@ def uncertainty(
     uncertain = read_uncertain(case, vary)
     made = design(uncertain, samples, seed, indices=indices)
     wanted = [*quantities, *([] if COUNTED in quantities else [COUNTED])]
-    shared: dict[str, Any] = {"workers": workers, "out": out, "progress": progress, "command": command}
-    data = sweep(case, points=made.points, quantities=wanted, shard=shard, cluster=cluster, repeat=repeat, **shared)
+    data = sweep(
+        case, points=made.points, quantities=wanted, workers=workers, out=out, shard=shard, cluster=cluster,
+        progress=progress, command=command, repeat=repeat,
+    )  # fmt: skip
     blocks, sets, size = made.shape
     data = data.assign_coords(block=("point", np.repeat(np.arange(blocks), sets * size)))
     data = data.assign_coords(scrambling=("point", np.tile(np.repeat(np.arange(sets), size), blocks)))
@@ -109,7 +108,7 @@ def uncertainty(
         there = np.count_nonzero(data["status"].values)
         words = f"{there:,} of {data.sizes['point']:,} points are there. A call without the shard gives the estimates."
         return Uncertainty(case.label, uncertain, samples, seed, percents, (), (), (), (words,), data)
-    found = evaluated(case, uncertain, data, made, list(quantities), percents, seed, leave_out=failed == LEAVE_OUT)
+    found = evaluated(case, made, data, list(quantities), percents, leave_out=failed == LEAVE_OUT)
     if out is not None:
         with kept_in(Path(out)):
             _write(Path(out), found, case, command)

@@ -8,7 +8,7 @@ import numpy as np
 
 import impactlab as il
 from impactlab.mechanisms.chain import Chain as LinkedChain
-from impactlab.mechanisms.flat_chain import packed
+from impactlab.mechanisms.chain import packed
 from impactlab.mechanisms.model import MechanismModel
 from impactlab.mechanisms.terms import terms
 from impactlab.numerics.addresses import TERMS, entered, kernel_address

@@ -135,7 +135,7 @@ def test_a_mesh_states_an_error_that_it_keeps(mass):
         scene = struck(AdditionDeletion(), tolerance, mass=mass, trips=3.0)
         exact, *stepped = for_choice(scene)[0]
         mesh = next(family for family in stepped if family.name.startswith("lumped mesh"))
-        _, level = search.find_best([Study(mesh, mesh.start_for(tolerance))], scene, [])
+        _, level = search.Search(scene).best([Study(mesh, mesh.start_for(tolerance))])
         assert level.error <= tolerance
         assert difference(level.history, solve(*exact.simulation(0)), *counted(scene)) <= level.error
 
@@ -150,7 +150,7 @@ def test_a_step_load_sends_fronts_as_a_hard_touch_does():
     loaded = scene.but(tolerance=Tolerance(1e-2))
     judge = solve(*for_choice(loaded)[0][0].simulation(0))
     for mesh in for_choice(loaded)[0][1:]:
-        _, level = search.find_best([Study(mesh, mesh.start_for(1e-2))], loaded, [])
+        _, level = search.Search(loaded).best([Study(mesh, mesh.start_for(1e-2))])
         assert difference(level.history, judge, *counted(loaded)) <= level.error
 
 
@@ -532,7 +532,7 @@ def test_an_exact_run_that_fails_is_not_tried_again(monkeypatch):
     asked = struck(AdditionDeletion())
     exact, _ = suitable.exact_for(asked)
     study = Study(exact, 0)
-    assert search.find_best([study], asked, []) is None
+    assert search.Search(asked).best([study]) is None
     assert len(tried) == 1
     assert study.closed.startswith("failed: the wave fronts take too much")
 

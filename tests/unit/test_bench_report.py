@@ -26,7 +26,7 @@ from impactlab.bench.report.live import bench_data
 from impactlab.bench.report.method_styles import leaders, power, styles_of, within
 from impactlab.bench.report.overview import SHADES
 from impactlab.bench.report.precision import precision
-from impactlab.bench.report.ranking import judged, profile, ranking
+from impactlab.bench.report.ranking import comparable, profile, ranking
 from impactlab.bench.report.read import read_table
 from impactlab.bench.report.scene_sheets import families_sheet, front_sheet, unfinished
 from impactlab.bench.report.sheets import Heading, Sheet, escaped, latex, markdown, short
@@ -197,10 +197,10 @@ def test_the_sheet_of_a_ranking_shows_the_same_numbers(tmp_path: Path) -> None:
 def test_scenes_without_a_sure_reference_are_left_out_and_named(tmp_path: Path) -> None:
     rows = [*HAND, made("d", "slow", 0, 1.0, 1e-3, reference="converged", reference_uncertainty=2e-4)]
     scenes = scenes_of(tmp_path, rows)
-    assert [scene.name for scene in judged(scenes, BOTH, 1e-3).scenes] == ["a", "b", "d"]
-    assert [scene.name for scene in judged(scenes, BOTH, 1e-4).scenes] == ["a", "b"]
+    assert [scene.name for scene in comparable(scenes, BOTH, 1e-3).scenes] == ["a", "b", "d"]
+    assert [scene.name for scene in comparable(scenes, BOTH, 1e-4).scenes] == ["a", "b"]
     [untold] = scenes_of(tmp_path, [made("e", "slow", 0, 1.0, 1e-3, reference="converged", reference_uncertainty=None)])
-    assert judged([untold], BOTH, 1e-2).scenes == ()
+    assert comparable([untold], BOTH, 1e-2).scenes == ()
     told = excluded(scenes, BOTH)
     assert ("all tolerances", "c", "no reference to measure errors against") in told
     assert (power(1e-4), "d", "the uncertainty of the reference is 0.0002") in told

@@ -14,7 +14,7 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.models.finite_element import FiniteElement
-from impactlab.refine.references.outlook import of, unasked
+from impactlab.refine.references.outlook import of, of_plain_run
 from impactlab.refine.references.reference import find
 from impactlab.refine.references.reference_record import physics_key
 from impactlab.report.summary import summarise
@@ -119,7 +119,7 @@ def test_a_subclass_of_continuous_that_changes_nothing_is_solved_and_measured_as
     struck = scene(Branded())
     history = run(*struck)
     assert history.dt is None
-    reference, told = unasked(*struck, history)
+    reference, told = of_plain_run(*struck, history)
     assert told.status == "exact"
     found = summarise("branded", struck.scene, history, reference, told)
     assert found["errors"]["mass_displacement"] == pytest.approx(0.0, abs=1e-12)
@@ -142,6 +142,6 @@ def test_a_subclass_of_continuous_with_another_theory_has_no_errors_and_the_reas
     assert not is_exact(*scene(Love()))
     struck = scene(Love(), law=Penalty(1e8)).but(step=StepRule(dt=2e-7))
     history = run(*struck)
-    for reference, told in (unasked(*struck, history), (find(*struck), of(None, struck.method))):
+    for reference, told in (of_plain_run(*struck, history), (find(*struck), of(None, struck.method))):
         assert reference is None
         assert told.text == "not measured: a model has the theory of waves 'love', and no reference is of it"

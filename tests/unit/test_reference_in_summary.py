@@ -81,10 +81,10 @@ def test_a_reference_that_costs_more_than_ten_times_the_run_is_not_computed_unas
 def test_a_reference_of_many_seconds_is_not_computed_unasked_however_long_the_run_takes(monkeypatch):
     case = il.load_case(CASES / "granular" / "solitary_wave.yaml")
     history, about_s = il.run(case), outlook.reference_s(*api.physics_of(case)).about_s
-    monkeypatch.setattr(outlook, "MAX_UNASKED_S", 0.9 * about_s)
+    monkeypatch.setattr(outlook, "MAX_PLAIN_S", 0.9 * about_s)
     monkeypatch.setattr(outlook, "run_s", lambda _: 1e6)
     monkeypatch.setattr(outlook, "find", None)  # nothing is sought
-    found, told = outlook.unasked(*api.physics_of(case), history)
+    found, told = outlook.of_plain_run(*api.physics_of(case), history)
     assert found is None
     assert (told.status, told.about_s) == ("not_computed", about_s)
 

@@ -202,7 +202,7 @@ def _same_definitions(text: str) -> bool:
 def test_a_run_writes_all_its_files_and_every_channel(tmp_path: Path) -> None:
     run = history(1.1)
     summary = summarise("toy", scene().scene, run, EXACT)
-    write_run(tmp_path, summary, run, scene().scene, EXACT)
+    write_run(tmp_path, summary, run, EXACT)
     assert json.loads((tmp_path / "summary.json").read_text()) == summary
     with np.load(tmp_path / "history.npz") as saved:
         assert set(run.channels()) <= set(saved)
@@ -215,7 +215,7 @@ def test_a_run_writes_all_its_files_and_every_channel(tmp_path: Path) -> None:
 
 def test_without_a_reference_a_report_shows_the_run_alone(tmp_path: Path) -> None:
     summary = summarise("toy", scene().scene, history(), None)
-    write_run(tmp_path, summary, history(), scene().scene, None)
+    write_run(tmp_path, summary, history(), None)
     page = (tmp_path / "index.html").read_text().split("</style>")[1].split("<script>")[0].lower()
     missing = "not measured: no exact solution"  # is said, and nothing else of an exact solution
     assert missing in page
@@ -225,7 +225,7 @@ def test_without_a_reference_a_report_shows_the_run_alone(tmp_path: Path) -> Non
 
 def test_figures_for_a_column_of_a_journal(tmp_path: Path) -> None:
     run, files = history(1.1), figure_files("pdf,svg", "one")
-    write_run(tmp_path, summarise("toy", scene().scene, run, None), run, scene().scene, None, files=files)
+    write_run(tmp_path, summarise("toy", scene().scene, run, None), run, None, files=files)
     written = {path.suffix for path in (tmp_path / "figures").iterdir()}
     assert written == {".pdf", ".svg"}
     for svg in (tmp_path / "figures").glob("*.svg"):

@@ -151,10 +151,7 @@ def rigid_motions(kinds: tuple[Held, Held], rotary: float) -> Array:
 
 @lru_cache(maxsize=64)
 def statics_of(segment: BeamSegment, kinds: tuple[Held, Held], rotary: float, face: float) -> BeamStatics:
-    """Return the statics of a beam under a force at ``face`` [m].
-
-    They do not depend on the number of its modes.
-    """
+    """Return the statics of a beam, whatever its modes, under a force at ``face`` [m]."""
     return BeamStatics(segment, kinds, rigid_motions(kinds, rotary), face)
 
 

@@ -89,10 +89,7 @@ def determinant(rotary: float, shear: float, squared: float, held: int, parity: 
 
 @EXACT_PART
 def root(rotary: float, shear: float, held: int, parity: int, low: float, high: float) -> float:
-    """Return the root of the determinant between two roots B of the pinned beam.
-
-    That beam is pinned at 1.
-    """
+    """Return the root of the determinant between two roots B of the beam pinned at 1."""
     left, right = math.sqrt(math.sqrt(low)), math.sqrt(math.sqrt(high))
     at_left, at_right, moved = 0.0, 0.0, 0  # 0: unknown; which end moved last
     place, below = 0.5 * (left + right), 0.0

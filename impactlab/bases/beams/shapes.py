@@ -1,7 +1,4 @@
-"""Modes of a uniform beam without units: null vectors of its end conditions.
-
-They are combinations of four fields.
-"""
+"""Modes of a uniform beam without units: null vectors of end conditions, combined from four fields."""
 
 from __future__ import annotations
 

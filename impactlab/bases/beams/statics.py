@@ -81,10 +81,7 @@ class BeamStatics:
         )
 
     def _particular(self, x: float, behind: bool) -> Array:
-        """Return the four quantities (4,) at x under force and inertia.
-
-        All are zero at 0.
-        """
+        """Return the four quantities (4,) at x under force and inertia that are zero at 0."""
         (steady, turning), rotary = self._acceleration, self._rotary
         past = x - self._face if behind else 0.0
         force = steady * x + turning * x**2 / 2.0 - (1.0 if behind else 0.0)

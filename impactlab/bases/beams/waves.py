@@ -131,10 +131,7 @@ def field(found: WavePair, squared: Array, shapes: Shapes, even: bool, which: in
 def quantity_of(
     which: int, even: bool, squared: Array, square: Array, turning: Array, shapes: tuple[Array, Array]
 ) -> Array:
-    """Return one quantity of one wave, as `field` does of both.
-
-    ``shapes`` are those of `even_odd`.
-    """
+    """Return one quantity of one wave by ``shapes`` of `even_odd`, as `field` does of both."""
     cosine, sine = shapes
     if which == 0:
         return cosine if even else square * sine

@@ -96,22 +96,24 @@ def choice_words(scenes: Sequence[SceneRows]) -> list[str]:
     found = choices(scenes)
     if not found:
         return []
-    judged = [each for each in found if each.verdict in (KEPT, MISSED)]
+    compared = [each for each in found if each.verdict in (KEPT, MISSED)]
     missed = [each for each in found if each.verdict == MISSED]
-    if not judged:
+    if not compared:
         return ["No run of the automatic choice could be judged."]
-    words = [f"The automatic choice kept its tolerance in {len(judged) - len(missed)} of {len(judged)} judged runs."]
+    words = [
+        f"The automatic choice kept its tolerance in {len(compared) - len(missed)} of {len(compared)} judged runs."
+    ]
     if missed:
         named = ", ".join(f"{each.scene} at {short(each.row.tolerance_asked)}" for each in missed)
         words.append(f"It missed in {named}.")
-    ratios = [each.over_best for each in judged if each.over_best is not None]
+    ratios = [each.over_best for each in compared if each.over_best is not None]
     if ratios:
         costly = sum(ratio > MAX_RATIO for ratio in ratios)
         words.append(
             f"Its runs took {short(min(ratios))} to {short(max(ratios))} times the fastest method of the grid that "
             f"meets the tolerance, {costly or 'none'} more than {MAX_RATIO:g} times."
         )
-    spent = [each.choosing for each in judged if each.choosing is not None]
+    spent = [each.choosing for each in compared if each.choosing is not None]
     if spent:
         words.append(f"Choosing took up to {short(max(spent))} times the run itself ({MAX_CHOOSING:g} are allowed).")
     return words

@@ -1,7 +1,4 @@
-"""Figures over the steps of each method.
-
-They show energy gained and lost, and oscillation and error of the contact force.
-"""
+"""Figures of energy gains and losses, force oscillation and force error over the steps of each method."""
 
 from __future__ import annotations
 

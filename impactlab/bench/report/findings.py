@@ -1,7 +1,4 @@
-"""The findings of a table in sentences.
-
-They are the fastest methods, and the uncertainty of references and times.
-"""
+"""The findings of a table in sentences: fastest methods, uncertainty of references and times."""
 
 from __future__ import annotations
 
@@ -11,7 +8,7 @@ from collections.abc import Sequence
 
 from impactlab.bench.report.automatic import choice_words
 from impactlab.bench.report.method_styles import power
-from impactlab.bench.report.ranking import CONVERGED, MET, best, judged, median, ranking
+from impactlab.bench.report.ranking import CONVERGED, MET, best, comparable, median, ranking
 from impactlab.bench.report.sheets import milliseconds, short
 from impactlab.bench.report.summary_sheets import percent_of, spreads
 from impactlab.bench.report.views import BOTH, TOLERANCES, SceneRows
@@ -21,10 +18,7 @@ MAX_NAMED = 3  # methods that a sentence names
 
 
 def findings(scenes: Sequence[SceneRows]) -> list[str]:
-    """Return the findings on the fastest methods, one sentence for each.
-
-    Runs that were not timed name none.
-    """
+    """Return a sentence on each of the fastest methods among runs that were timed."""
     found = [_exact(scenes), *(_at(scenes, tolerance) for tolerance in TOLERANCES), _steady(scenes)]
     return [*filter(None, found), *choice_words(scenes)]
 
@@ -54,7 +48,7 @@ def _at(scenes: Sequence[SceneRows], tolerance: float) -> str:
 
     They are those at one tolerance, special grids left out; empty without times.
     """
-    kept = judged(scenes, BOTH, tolerance).scenes
+    kept = comparable(scenes, BOTH, tolerance).scenes
     if not kept:
         return f"No scene has a reference certain enough for {power(tolerance)}."
     leads = [lead for scene in kept if (lead := best(scene, BOTH, tolerance, ordinary=True)) is not None]

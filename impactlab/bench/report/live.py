@@ -1,7 +1,4 @@
-"""The data of the live diagram of a bench.
-
-They are the completed runs of every scene, with numbers of three digits.
-"""
+"""The data of the live diagram of a bench: completed runs of every scene, in three digits."""
 
 from __future__ import annotations
 

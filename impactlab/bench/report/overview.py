@@ -1,7 +1,4 @@
-"""Figures over all scenes: performance profiles, and a map of times.
-
-The map is of times to a tolerance by method and scene.
-"""
+"""Figures over all scenes: performance profiles, and a map of times to a tolerance by method and scene."""
 
 from __future__ import annotations
 
@@ -18,7 +15,17 @@ from impactlab.bench.report.method_styles import (
     room_beside,
     shortened,
 )
-from impactlab.bench.report.ranking import ABSENT, FAILED, MET, MISSED, REFUSED, MethodResults, judged, profile, ranking
+from impactlab.bench.report.ranking import (
+    ABSENT,
+    FAILED,
+    MET,
+    MISSED,
+    REFUSED,
+    MethodResults,
+    comparable,
+    profile,
+    ranking,
+)
 from impactlab.bench.report.views import TOLERANCES, Norm, SceneRows
 from impactlab.printing import counted
 from impactlab.report.figures.style import GRID, INK, MUTED, PALETTE, WIDTH, Margins, drawn, grid, room_for
@@ -56,7 +63,7 @@ def profiles(scenes: Sequence[SceneRows], norm: Norm, styles: MethodStyles, cloc
     styles = distinct(every, styles)
     figure, rows = grid(len(TOLERANCES), 1, 2.15, Margins(right=room_beside(every), down=0.65))
     for (axes,), tolerance, table, found in zip(rows, TOLERANCES, tables, named, strict=True):
-        count = len(judged(scenes, norm, tolerance).scenes)
+        count = len(comparable(scenes, norm, tolerance).scenes)
         axes.set_title(f"tolerance {power(tolerance)}, {counted(count, 'scene')}")
         axes.set_xscale("log")
         axes.set_xlim(1.0, MAX_RATIO)
@@ -104,7 +111,7 @@ def chart(scenes: Sequence[SceneRows], norm: Norm, tolerance: float) -> Figure:
     from matplotlib.figure import Figure
     from matplotlib.patches import Rectangle
 
-    kept, table = judged(scenes, norm, tolerance).scenes, ranking(scenes, norm, tolerance)
+    kept, table = comparable(scenes, norm, tolerance).scenes, ranking(scenes, norm, tolerance)
     names = [shortened(standing.method, 40) for standing in table]
     left, high = room_for(names), 0.19
     foot = 0.2 + 0.062 * max((len(scene.name) for scene in kept), default=4)

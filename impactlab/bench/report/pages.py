@@ -1,7 +1,4 @@
-"""The page of a bench: findings, live diagram, tables and rankings.
-
-Each scene has its tables; figures and rankings are over all.
-"""
+"""The page of a bench: findings, live diagram, rankings and figures over all scenes, tables of each scene."""
 
 from __future__ import annotations
 

@@ -53,10 +53,7 @@ class Limits(NamedTuple):
     top: float
 
     def shown(self, found: Sequence[Point]) -> list[Point]:
-        """Return points as they are drawn.
-
-        Those below the floor are on it, those above the top are left out.
-        """
+        """Return points as drawn: on the floor if below it, none above the top."""
         return [point._replace(error=max(point.error, self.floor)) for point in found if point.error <= self.top]
 
 
@@ -122,10 +119,7 @@ def _three_panels(room: float) -> tuple[Figure, tuple[Axes, Axes, Axes]]:
 
 
 def _draw_exact(axes: Axes, family: MethodRows, found: Sequence[Point], limits: Limits) -> End:
-    """Draw a method without steps; return where its name is written.
-
-    It is below the axis where its error is.
-    """
+    """Draw a method without steps; return the place of its name, below the axis."""
     for point in found:
         below = point.error < limits.floor
         at = [max(point.error, limits.floor)]
@@ -143,10 +137,7 @@ def _named_ends(
 
 
 def limits_of(scene: SceneRows, norm: Norm) -> Limits:
-    """Return the limits of the error axes of a scene.
-
-    They are whole decades around the methods with steps.
-    """
+    """Return limits of a scene's error axes: whole decades around the methods with steps."""
     found = (error(row, norm, scene) for row in scene.stepped)
     known = [value for value in found if value is not None and MIN_FLOOR < value < MAX_ERROR] or [1e-3]
     floor = 10.0 ** math.floor(math.log10(min(known) / 1.5))  # an arrow at the floor keeps clear of the lowest dot
@@ -190,10 +181,7 @@ def _fronts(axes: Axes, scene: SceneRows, norm: Norm, limits: Limits) -> None:
 
 
 def _notes(axes: Axes, scene: SceneRows, norm: Norm, limits: Limits) -> None:
-    """Shade errors below reference uncertainty, and count runs above the axis.
-
-    These are runs with errors above its top.
-    """
+    """Shade errors below the uncertainty of the reference, and count runs above the axis."""
     if norm.relative and scene.uncertainty > limits.floor:
         axes.axhspan(axes.get_ylim()[0], scene.uncertainty, color=GREY, alpha=0.2, linewidth=0)
         place, text = axes.get_yaxis_transform(), "below the uncertainty of the reference"

@@ -1,7 +1,4 @@
-"""Ranking of methods by scenes within a tolerance, and by time.
-
-The time is relative to the fastest method in the same scene.
-"""
+"""Ranking of methods by scenes within a tolerance, and by time over that of the fastest there."""
 
 from __future__ import annotations
 
@@ -17,11 +14,8 @@ CONVERGED = "converged"  # the name of a reference that is itself computed
 MET, MISSED, REFUSED, FAILED, UNMEASURED, ABSENT = "met", "missed", "refused", "failed", "unmeasured", "absent"
 
 
-class Judged(NamedTuple):
-    """The scenes with a certain enough reference, and reasons against others.
-
-    The reference is to be certain enough for a tolerance.
-    """
+class Comparable(NamedTuple):
+    """The scenes with a reference certain enough for a tolerance, and reasons against others."""
 
     scenes: tuple[SceneRows, ...]
     excluded: tuple[tuple[str, str], ...]  # name of a scene, reason
@@ -36,7 +30,7 @@ class Result(NamedTuple):
 
 
 class MethodResults(NamedTuple):
-    """One method over all judged scenes under one tolerance."""
+    """One method over all comparable scenes under one tolerance."""
 
     method: str
     results: tuple[Result, ...]  # scene by scene
@@ -59,7 +53,7 @@ class MethodResults(NamedTuple):
         return tuple(result.ratio_stepped for result in self.results if result.ratio_stepped is not None)
 
 
-def judged(scenes: Sequence[SceneRows], norm: Norm, tolerance: float) -> Judged:
+def comparable(scenes: Sequence[SceneRows], norm: Norm, tolerance: float) -> Comparable:
     """Return the scenes whose reference is certain enough for a tolerance."""
     kept, excluded = [], []
     for scene in scenes:
@@ -73,7 +67,7 @@ def judged(scenes: Sequence[SceneRows], norm: Norm, tolerance: float) -> Judged:
             excluded.append((scene.name, f"no method has an error in {norm.title}"))
         else:
             kept.append(scene)
-    return Judged(tuple(kept), tuple(excluded))
+    return Comparable(tuple(kept), tuple(excluded))
 
 
 def fastest(rows: Iterable[Row], norm: Norm, scene: SceneRows, tolerance: float, clock: Clock) -> Row | None:
@@ -104,10 +98,7 @@ def best(
 def _result(
     scene: SceneRows, family: MethodRows | None, norm: Norm, tolerance: float, clock: Clock, leads: Sequence[Row | None]
 ) -> Result:
-    """Return the result of a family in a scene.
-
-    It is met if any level meets the tolerance, else its best outcome.
-    """
+    """Return the result of a family: met if any level meets the tolerance, else its best."""
     if family is None:
         return Result(ABSENT)
     own = fastest(family.rows, norm, scene, tolerance, clock)
@@ -133,13 +124,13 @@ def ranking(scenes: Sequence[SceneRows], norm: Norm, tolerance: float, clock: st
     Parameters
     ----------
     scenes : sequence of SceneRows
-        All scenes; those without a certain reference (`judged`) are left out for every method alike.
+        All scenes; those without a certain reference (`comparable`) are left out for every method alike.
     clock : {"solve", "total"}
         Time without set-up, or with it.
     """
     time = CLOCKS[clock]
     found: dict[str, list[Result]] = {method: [] for method in methods_of(scenes)}
-    for scene in judged(scenes, norm, tolerance).scenes:
+    for scene in comparable(scenes, norm, tolerance).scenes:
         leads = [best(scene, norm, tolerance, time, ordinary=ordinary) for ordinary in (False, True)]
         families = {family.method: family for family in scene.families}
         for method, results in found.items():

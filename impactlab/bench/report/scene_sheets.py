@@ -1,7 +1,4 @@
-"""The tables of one scene: fronts, methods, and unfinished runs.
-
-Unfinished runs have no result, and are listed with their reasons.
-"""
+"""The tables of one scene: fronts, methods, and unfinished runs with their reasons."""
 
 from __future__ import annotations
 
@@ -26,10 +23,7 @@ def slug(name: str) -> str:
 
 
 def front_sheet(scene: SceneRows) -> Sheet:
-    """Return the rows on the fronts of displacement error.
-
-    The fronts by time and by time with set-up are marked.
-    """
+    """Return the rows on the fronts of displacement error, marked by time with and without set-up."""
     by_time, by_total = (
         [point.row for point in front_of(scene.stepped, NORMS[0], scene, CLOCKS[clock])] for clock in ("solve", "total")
     )

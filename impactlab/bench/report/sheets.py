@@ -48,10 +48,7 @@ class Sheet(NamedTuple):
 
     @property
     def grouped(self) -> list[tuple[str, int]]:
-        """Return the groups of columns in order, with their column counts.
-
-        The list is empty without any group.
-        """
+        """Return the groups of columns in order, with their column counts; empty without any."""
         runs = itertools.groupby(enumerate(self.headings), key=lambda each: each[1].group or each[0])
         groups = [(str(group) if isinstance(group, str) else "", len(list(run))) for group, run in runs]
         return groups if any(group for group, _ in groups) else []
@@ -145,10 +142,7 @@ def escaped(text: str) -> str:
 
 
 def latex(sheet: Sheet) -> str:
-    """Return a sheet as a LaTeX table for booktabs.
-
-    The best stand in bold.
-    """
+    """Return a sheet as a LaTeX table for booktabs, the best in bold."""
     columns = "".join("r" if h.numeric else "l" for h in sheet.headings)
     lines = [
         "% needs \\usepackage{booktabs}",

@@ -22,20 +22,14 @@ SHOWN_ELEMENTS = 100  # elements of the level that is shown
 
 
 class Pair(NamedTuple):
-    """A row on the special grid and its sibling off it.
-
-    Both are equal except for the step.
-    """
+    """A row on the special grid and its sibling off it, equal except for the step."""
 
     special: Row
     ordinary: Row | None
 
 
 class Line(NamedTuple):
-    """One method on one scene of a uniform rod.
-
-    The level is that of a typical mesh.
-    """
+    """One method on one scene of a uniform rod, at the level of a typical mesh."""
 
     method: str
     scene: str
@@ -50,10 +44,7 @@ class Line(NamedTuple):
 
 
 def pairs(scene: SceneRows) -> list[tuple[str, list[Pair]]]:
-    """Return rows on the special grid with siblings, by method.
-
-    They are in the order of the levels.
-    """
+    """Return rows on the special grid with siblings, by method, in the order of levels."""
     siblings = [row for row in scene.rows if row.courant == SIBLING_COURANT]
     found = []
     for family in scene.families:
@@ -135,10 +126,7 @@ def special_grids(scenes: Sequence[SceneRows]) -> Sheet:
 
 
 def special_summary(scenes: Sequence[SceneRows]) -> Sheet:
-    """Return the table of special grids, method by method.
-
-    It has medians over the scenes of uniform rods.
-    """
+    """Return medians over uniform rods on special grids, method by method."""
     others = _not_uniform(scenes)
     groups: dict[str, list[Line]] = {}
     for line in _lines(scenes, others):

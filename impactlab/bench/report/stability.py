@@ -48,10 +48,7 @@ def write_stability(out_dir: Path, table_path: Path) -> int:
 
 
 def report(rows: Sequence[Row]) -> list[Block]:
-    """Return the blocks of the stability report.
-
-    They are counts, violations, one matrix per case, reasons, and energy over long runs.
-    """
+    """Return the blocks of the report: counts, violations, matrices by case, reasons, energy over long runs."""
     codes = Codes(rows)
     counts = Counter(verdict(row) for row in rows)
     summary = (
@@ -127,10 +124,7 @@ def matrix(rows: Sequence[Row], codes: Codes) -> Sheet:
 
 
 def cell(row: Row, codes: Codes) -> str:
-    """Return a cell of a matrix.
-
-    It has the mark, and the error, the warning or the code of the reason.
-    """
+    """Return a cell of a matrix: mark, and error, warning or code of the reason."""
     mark = verdict(row)
     if row.status in ("refused", "failed"):
         return codes.of(row) + (" !" if mark is BenchVerdict.VIOLATION else "")
@@ -166,10 +160,7 @@ def drift(rows: Sequence[Row]) -> Sheet:
 
 
 def _changes(row: Row | None) -> str:
-    """Return a run's largest gain and loss, relative, or its status.
-
-    They are over its reference energy.
-    """
+    """Return a run's largest gain and loss over its reference energy, or its status."""
     if row is None or not row.completed:
         return "" if row is None else row.status
     return f"{row.energy_gain or 0.0:.1e}, {row.energy_loss or 0.0:.1e}"

@@ -6,7 +6,7 @@ import statistics
 from collections.abc import Sequence
 
 from impactlab.bench.report.method_styles import power
-from impactlab.bench.report.ranking import MET, REFUSED, MethodResults, best, fastest, judged, median, ranking
+from impactlab.bench.report.ranking import MET, REFUSED, MethodResults, best, comparable, fastest, median, ranking
 from impactlab.bench.report.sheets import DASH, SPECIAL, Sheet, headings, milliseconds, short
 from impactlab.bench.report.views import BOTH, CLOCKS, TOLERANCES, Norm, SceneRows
 from impactlab.bench.schema import COMPLETED, Row
@@ -25,7 +25,7 @@ def winners(scenes: Sequence[SceneRows]) -> Sheet:
         exact = fastest(stepless, BOTH, scene, TOLERANCES[-1], CLOCKS["solve"])
         cells = [scene.name, milliseconds(exact.solve_s if exact else None)]
         for tolerance in TOLERANCES:
-            certain = judged([scene], BOTH, tolerance).scenes
+            certain = comparable([scene], BOTH, tolerance).scenes
             cells.append(_winner(scene, tolerance) if certain else "not judged")
         rows.append(tuple(cells))
     columns = [f"fastest with steps, time in ms: {power(t)}" for t in TOLERANCES]
@@ -77,7 +77,7 @@ def ranking_sheet(scenes: Sequence[SceneRows], norm: Norm, clock: str = "solve")
         rows.append((*cells, str(tables[1][method].count(REFUSED)), str(failed)))
     columns = []
     for tolerance in TOLERANCES:
-        count = len(judged(scenes, norm, tolerance).scenes)
+        count = len(comparable(scenes, norm, tolerance).scenes)
         group = f"{power(tolerance)}, {count} scene{'' if count == 1 else 's'}"
         columns += [f"{group}: {name}" for name in ("met in", "× best", "worst", "× stepped")]
     heads = headings("method", *columns, "refused [scenes]", "failed [runs]", text=("method",))
@@ -134,10 +134,7 @@ def certainty(scenes: Sequence[SceneRows]) -> Sheet:
 
 
 def spreads(rows: Sequence[Row]) -> list[float]:
-    """Return relative spreads of the time to solve.
-
-    They are those of every run that was timed more than once.
-    """
+    """Return relative spreads of the times of runs that were timed more than once."""
     return [
         row.solve_spread_s / row.solve_s
         for row in rows
@@ -157,7 +154,7 @@ def excluded(scenes: Sequence[SceneRows], norm: Norm) -> list[tuple[str, str, st
     """
     found: dict[tuple[str, str], list[str]] = {}
     for tolerance in TOLERANCES:
-        for key in judged(scenes, norm, tolerance).excluded:
+        for key in comparable(scenes, norm, tolerance).excluded:
             found.setdefault(key, []).append(power(tolerance))
     return [
         ("all tolerances" if len(which) == len(TOLERANCES) else ", ".join(which), name, reason)

@@ -49,10 +49,7 @@ def result_warnings(row: Row) -> tuple[str, ...]:
 
 
 def worst_error(row: Row) -> float | None:
-    """Return the larger error of displacement and impulse.
-
-    The uncertainty of the reference is subtracted.
-    """
+    """Return the larger error of displacement and impulse, less the uncertainty of the reference."""
     known = [value for value in (row.displacement, row.impulse) if value is not None]
     return max(0.0, max(known) - (row.reference_uncertainty or 0.0)) if known else None
 

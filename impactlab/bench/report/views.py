@@ -130,10 +130,7 @@ def _scene(name: str, methods: Mapping[str, Sequence[Row]]) -> SceneRows:
 
 
 def _level(row: Row) -> float:
-    """Return the place of a level on its ladder.
-
-    Levels with names keep the order of the table.
-    """
+    """Return the place of a level on its ladder; named levels as in the table."""
     try:
         return float(row.level)
     except ValueError:

@@ -1,7 +1,4 @@
-"""Writer of the report of a bench from its table alone.
-
-The report stands beside the files of the bench.
-"""
+"""Writer of the report of a bench, beside its files, from its table alone."""
 
 from __future__ import annotations
 

@@ -1,18 +1,25 @@
-"""The block of a beam with its cross section, and the resulting beam.
-
-The section gives area, second moment and shear stiffness.
-"""
+"""The block of a beam with its cross section (area, second moment, shear stiffness), and the resulting beam."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from impactlab.casefile.blocks.rotation import RotationBlock, rotation_of
-from impactlab.casefile.blocks.shared import PIECES, POISSON, Area, Block, Inertia, Length, Material, MovingBlock
+from impactlab.casefile.blocks.shared import (
+    PIECES,
+    POISSON,
+    Area,
+    Block,
+    Inertia,
+    Length,
+    Material,
+    MovingBlock,
+    material_values,
+)
 from impactlab.casefile.text.words import listed
 from impactlab.casefile.values.fields import BEAM_END, quantity, words
 from impactlab.casefile.values.materials import NAMED
@@ -125,6 +132,17 @@ class BeamBlock(MovingBlock):
             tension=self.tension,
             rotation=rotation_of(self.rotation, "beam", f"bodies.{name}"),
         )
+
+    def described_piece(self, piece: BeamSegmentBlock, segment: BeamSegment) -> dict[str, Any]:
+        section, material = {"area": segment.area, "inertia": segment.inertia}, material_values(segment)
+        if math.isfinite(segment.height):
+            section["height"] = segment.height
+        if self.theory == "timoshenko":
+            section["shear_factor"], material["shear_modulus"] = shear_of(piece)
+        return {"length": segment.length, "section": section, "material": material}
+
+    def described_theory(self) -> dict[str, Any]:
+        return {"theory": self.theory, "tension": self.tension}
 
 
 def check_section(section: SectionBlock, path: str) -> None:

@@ -1,7 +1,4 @@
-"""The blocks of mechanisms: links, hinges, drives and ends.
-
-The direction of a contact on a mechanism is read here, too.
-"""
+"""The blocks of mechanisms: links, hinges, drives and ends, and directions of contacts on them."""
 
 from __future__ import annotations
 
@@ -32,6 +29,10 @@ class LinkBlock(Block):
     )
 
     quantities: ClassVar[tuple[str, ...]] = ()
+
+    def described(self, link: Any) -> dict[str, Any]:
+        """Return the block of a link in SI."""
+        return {"kind": "link", "length": link.length, "mass": link.mass, "inertia": link.inertia}
 
     @property
     def total_length(self) -> float:

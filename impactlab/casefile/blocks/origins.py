@@ -35,10 +35,7 @@ class Origins:
         return bool(self.bodies or self.lists)
 
     def of(self, path: str) -> Origin | None:
-        """Return the origin of the block that holds a path.
-
-        None where it stands in the file under that path.
-        """
+        """Return the origin of the block that holds a path; None if the file holds it."""
         keys = path.split(".")
         if keys[0] == "bodies" and len(keys) > 1:
             return self.bodies.get(keys[1])

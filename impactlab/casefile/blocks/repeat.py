@@ -100,10 +100,7 @@ def _names_made(name: str, count: int) -> list[str]:
 
 
 def block_of(bodies: Mapping[str, Any], name: str) -> tuple[str, int] | None:
-    """Return the repeated block that makes a body, and its count.
-
-    None where no block makes it.
-    """
+    """Return the repeated block that makes a body, and its count, or None."""
     for block, value in bodies.items():
         if isinstance(value, dict) and "repeat" in value:
             count = count_of(value["repeat"], f"bodies.{block}.repeat")
@@ -315,10 +312,7 @@ def _texts(text: str, count: int, path: str, in_name: bool = False) -> Any:
 
 
 def _check_whole(values: Any, formula: str, path: str) -> None:
-    """Raise `CaseError` where a number in a name is not whole.
-
-    A point in it would end the name.
-    """
+    """Raise `CaseError` where a number in a name is not whole: a point would end the name."""
     if (broken := np.flatnonzero(values != np.floor(values))).size:
         raise CaseError(
             f"{shown(formula)} gives {values[broken[0]]:.6g} at i = {broken[0] + 1}. Allowed in a name: whole numbers",

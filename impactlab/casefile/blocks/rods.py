@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from impactlab.casefile.blocks.rotation import RotationBlock, rotation_of
-from impactlab.casefile.blocks.shared import PIECES, Area, Block, Length, Material, MovingBlock
+from impactlab.casefile.blocks.shared import PIECES, Area, Block, Length, Material, MovingBlock, material_values
 from impactlab.casefile.text.words import listed
 from impactlab.casefile.values.fields import END
 from impactlab.casefile.values.materials import NAMED
@@ -92,11 +92,11 @@ class RodBlock(CrossSection, MovingBlock):
         rotation = rotation_of(self.rotation, "rod", f"bodies.{name}")
         return Rod(name, pieces, left, right, self.velocity, self.profile, damping=self.rayleigh, rotation=rotation)
 
-    def _check_width(self, path: str) -> None:
-        """Raise `CaseError` where a section is too wide for the rod's length.
+    def described_piece(self, _piece: SegmentBlock, segment: Segment) -> dict[str, Any]:
+        return {"length": segment.length, "area": segment.area, "material": material_values(segment)}
 
-        A unit was probably left out.
-        """
+    def _check_width(self, path: str) -> None:
+        """Raise `CaseError` where a section is too wide for the rod, as without its unit."""
         length = sum(piece.length for piece in self.pieces)
         for number, piece in enumerate(self.pieces):
             for key in ("diameter", "width", "height"):

@@ -1,7 +1,4 @@
-"""The block of a steady rotation, and its rotation record.
-
-Rods and beams may have one.
-"""
+"""The block of the steady rotation of a rod or a beam, and its rotation record."""
 
 from __future__ import annotations
 

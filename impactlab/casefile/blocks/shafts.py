@@ -1,7 +1,4 @@
-"""The block of a shaft: torsion section, ends, and the resulting shaft.
-
-The shaft is described at its lever arm.
-"""
+"""The block of a shaft: torsion section, ends, and the resulting shaft, described at its lever arm."""
 
 from __future__ import annotations
 
@@ -80,10 +77,7 @@ class ShaftSection(Block):
 
     @property
     def moments(self) -> tuple[float, float]:
-        """Torsion constant and polar second moment of area [m4].
-
-        NaN where they are not given in exactly one way.
-        """
+        """Torsion constant and polar second moment of area [m4]; NaN unless given in exactly one way."""
         if self.diameter is not None and self.torsion_constant is None and self.polar_moment is None:
             circle = math.pi / 32.0 * (self.diameter**4 - (self.bore or 0.0) ** 4)
             return (circle, circle) if circle > 0.0 else (math.nan, math.nan)

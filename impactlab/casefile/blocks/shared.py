@@ -1,12 +1,9 @@
-"""Keys that several kinds of body share, with their units.
-
-The facts of an elastic body's block are here, too.
-"""
+"""Keys that several kinds of body share, with their units, and the facts of an elastic body's block."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
@@ -17,7 +14,7 @@ from impactlab.casefile.values.fields import SHAPE, quantity, whole
 from impactlab.casefile.values.formula import Formula
 from impactlab.casefile.values.loads import load_values
 from impactlab.casefile.values.materials import NAMED
-from impactlab.scene.bodies import ElasticBody, End, Profile, Rayleigh, Table
+from impactlab.scene.bodies import ElasticBody, End, Profile, Rayleigh, Rotation, Segment, Table
 
 MIN_SPEED = 1e-290  # m/s: the displacements of a smaller one have no digits left
 
@@ -134,8 +131,8 @@ class ElasticBlock(Block):
             return given
         return Formula(str(given), self.total_length)
 
-    def described(self) -> dict[str, Any]:
-        """Return the block in SI, its defaults filled in."""
+    def described(self, body: Any) -> dict[str, Any]:
+        """Return the block of a body in SI, its defaults filled in."""
         ends = {side: end_values(getattr(self.ends, side), self.end_keys) for side in ("left", "right")}
         return self.model_dump(exclude_none=True) | {"ends": ends} | profile_values(self.profile_key, self.profile)
 
@@ -156,6 +153,40 @@ class MovingBlock(ElasticBlock):
     displacement: Annotated[Any, SHAPE] = Field(
         None, description="displacement at t = 0 [m]: a formula of x, or {x: [...], u: [...]}"
     )
+
+    @abstractmethod
+    def described_piece(self, piece: Any, segment: Any) -> dict[str, Any]:
+        """Return the block of a piece in SI, from the segment that it describes."""
+
+    def described_pieces(self, segments: Sequence[Segment]) -> list[dict[str, Any]]:
+        """Return the blocks of the pieces in SI, from the segments of the body."""
+        return [self.described_piece(*each) for each in zip(self.pieces, segments, strict=True)]
+
+    def described_theory(self) -> dict[str, Any]:
+        """Return the keys that only this kind of body has."""
+        return {}
+
+    def described(self, body: Any) -> dict[str, Any]:
+        pieces = self.described_pieces(body.segments)
+        shape: dict[str, Any] = pieces[0] if self.segments is None else {"segments": pieces}
+        ends = {"left": end_values(body.left), "right": end_values(body.right)}
+        values = {"kind": self.kind, **shape, "ends": ends, **self.described_theory()}
+        values["damping"] = {"mass": body.damping.mass, "stiffness": body.damping.stiffness}
+        values |= {"velocity": body.velocity, **rotation_values(body.rotation)}
+        return values | profile_values("displacement", body.displacement)
+
+
+def material_values(segment: Segment) -> dict[str, float]:
+    """Return the material of a segment as a case gives it."""
+    return {"young": segment.young, "density": segment.density, "viscosity": segment.viscosity}
+
+
+def rotation_values(rotation: Rotation | None) -> dict[str, Any]:
+    """Return the rotation of a body as a case gives it; no key for a body at rest."""
+    if rotation is None:
+        return {}
+    plane = {} if rotation.plane == "axial" else {"plane": rotation.plane}
+    return {"rotation": {"rate": rotation.rate, "axis_at": rotation.axis_at, **plane}}
 
 
 def end_values(end: End, names: Mapping[str, str] | None = None) -> Any:

@@ -1,7 +1,4 @@
-"""Tables as text: cells between commas, semicolons or tabs.
-
-Numbers have decimal points or, where it is free, commas.
-"""
+"""Tables as text: cells between commas, semicolons or tabs, with decimal points or, where free, commas."""
 
 from __future__ import annotations
 

@@ -24,10 +24,7 @@ _TWO_COLONS = re.compile(r"\s*(?:- +)?([\w.-]+):\s+(\S.*:(?:\s.*)?)")  # a key, 
 
 
 def yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
-    """Return the plain value of a text.
-
-    The line of each key is written into ``lines``.
-    """
+    """Return the plain value of a text; write the line of each key into ``lines``."""
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
@@ -48,10 +45,7 @@ def yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
 
 
 def _marked(error: Any, lines: list[str]) -> CaseError:
-    """Return the fault of a text that is not YAML.
-
-    It has the line in which it is.
-    """
+    """Return the fault of a text that is not YAML, with its line."""
     mark = error.problem_mark or error.context_mark
     problem = str(error.problem or error.context or "the text cannot be read")[:120]
     remedy = "Fix the text there (or just above)."

@@ -1,7 +1,4 @@
-"""Errors of single values, and pydantic's faults as one error.
-
-An error has place, value given, values allowed, and a remedy.
-"""
+"""Errors of values, also pydantic's as one: place, value given, values allowed, and remedy."""
 
 from __future__ import annotations
 
@@ -58,10 +55,7 @@ def _counts_valid_entries(fault: ErrorDetails) -> bool:
 
 
 def _suggested(fault: ErrorDetails, error: CaseError, prefix: str) -> str:
-    """Return the path of the key that a misspelt one stands for.
-
-    This key is then not missing as well.
-    """
+    """Return the path that a misspelt key stands for, which is then not missing."""
     key = re.search(r"Did you mean '(\w+)'", error.text)
     return ".".join(filter(None, (prefix, *_yaml_path(fault["loc"])[:-1], key[1]))) if key else ""
 

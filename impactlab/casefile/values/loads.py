@@ -51,10 +51,7 @@ def folder_of(file: str) -> Iterator[None]:
 
 
 def is_over_time(value: Any) -> bool:
-    """Return whether a value is meant as a force over time.
-
-    Otherwise it is a number with a unit.
-    """
+    """Return whether a value is meant as a force over time, not a number with a unit."""
     return isinstance(value, Mapping) or (isinstance(value, str) and bool(_OF_TIME.search(value)))
 
 
@@ -187,10 +184,7 @@ def _columns(
 
 
 def _heading(headings: list[str], column: str, unit: str, name: str) -> tuple[int, float]:
-    """Return a column's number, and its unit's factor to SI.
-
-    The unit is that in its heading.
-    """
+    """Return a column's number, and the factor to SI of the unit in its heading."""
     parts = [(match["name"], match["unit"]) if (match := _HEADING.match(each)) else (each, "") for each in headings]
     found = [number for number, each in enumerate(headings) if each == column]
     found = found or [number for number, (short, _) in enumerate(parts) if short == column]
@@ -250,10 +244,7 @@ def settled(body: Body, duration: float) -> Body:
 
 
 def _left_out(load: AbstractLoad, duration: float) -> tuple[str, str]:
-    """Return why a load is not known over a run, and the fix.
-
-    Both are empty where it is known.
-    """
+    """Return why a load is not known over a run, and the fix; both empty if known."""
     if isinstance(load, SampledLoad):
         start, end = load.reaches(duration)
         remedy = "Give samples over the whole run, or a first or last sample of 0, before or after which it stays 0."

@@ -50,10 +50,7 @@ class Named:
 
 
 def _read(block: type[BaseModel], given: Any) -> Any:
-    """Return a block, with constants in place of a material's name.
-
-    They are those that such a block has.
-    """
+    """Return a block with its constants in place of a material's name."""
     if not isinstance(given, str):
         return given
     if given not in MATERIALS:

@@ -57,10 +57,7 @@ KEYS = {name: key for key, names in NAMES.items() for name in names.split()}
 
 
 def key_of_synonym(name: str) -> Key | None:
-    """Return the key of a case for another program's name.
-
-    Letters may be of any size.
-    """
+    """Return the key of a case for another program's name, in letters of any size."""
     return KEYS.get(name.strip().lower().replace(" ", "_").replace("-", "_"))
 
 

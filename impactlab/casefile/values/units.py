@@ -49,10 +49,7 @@ def strain_of(text: str) -> float:
 
 
 def takes_texts(unit: str) -> bool:
-    """Return whether a field in this unit takes a number with a unit.
-
-    It cannot where its power is an option.
-    """
+    """Return whether a field in this unit, without an optional power, takes numbers with units."""
     return unit != "1" and not unit.endswith("^n")
 
 
@@ -62,10 +59,7 @@ def with_power(unit: str, n: float) -> str:
 
 
 def is_si(unit: str) -> bool:
-    """Return whether a unit is a known SI unit without prefix.
-
-    It may be that of an option of a part.
-    """
+    """Return whether a unit, also of a part's option, is an SI unit without prefix."""
     if unit == "1":
         return True
     base = re.sub(r"\^[A-Za-z]+$", "", unit)  # of N/m^n
@@ -126,10 +120,7 @@ def _pint_text(unit: str) -> str:
 
 @cache
 def _factor(given: str, wanted: str) -> float | str:
-    """Return the factor from one unit to another.
-
-    If it cannot be found, return a text with the reason.
-    """
+    """Return the factor from one unit to another, or the reason why there is none."""
     if (usual := usual_factor(given, wanted)) is not None:
         return usual
     units = _units()

@@ -61,10 +61,7 @@ def usual_factor(given: str, wanted: str) -> float | None:
 
 
 def _read(text: str) -> tuple[Fraction | float, tuple[float, ...]] | None:
-    """Return factor and dimension of a product of units.
-
-    None where one of them is not in the table.
-    """
+    """Return factor and dimension of a product of units; None if one is not in the table."""
     factor: Fraction | float = Fraction(1)
     powers: tuple[float, ...] = (0.0,) * 5
     at = 1 if text.startswith("1/") else 0

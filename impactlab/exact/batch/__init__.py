@@ -1,4 +1,1 @@
-"""Many exact runs of one network that differ in numbers alone, compiled.
-
-Each run is one vector of numbers.
-"""
+"""Many exact runs of one network that differ in a vector of numbers alone, compiled."""

@@ -13,10 +13,7 @@ from impactlab.types import Array
 
 @EXACT_PART
 def travel_time(m: MarchArrays, q: Pattern, a: int, b: int) -> float:
-    """Return the time of a wave between two nodes of a body [s].
-
-    It is 0 in a rigid one.
-    """
+    """Return the time of a wave between two nodes of a body [s]; 0 if rigid."""
     body, total, inside = q.bodies[q.nodes[a].body], 0.0, False
     if a == b:
         return 0.0
@@ -48,10 +45,7 @@ def flight_time(m: MarchArrays, q: Pattern, p: Array, c: int) -> float:
 
 @EXACT_PART
 def from_loads(m: MarchArrays, q: Pattern, node: int) -> float:
-    """Return when forces on the ends of its body reach a node [s].
-
-    It is inf without any.
-    """
+    """Return when forces on the ends of its body reach a node [s]; inf without any."""
     first = np.inf
     for n in range(len(m.nodes)):
         if m.nodes[n].end_force != 0.0 and q.nodes[n].kind != FIXED and q.nodes[n].body == q.nodes[node].body:

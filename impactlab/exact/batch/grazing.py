@@ -1,7 +1,4 @@
-"""Detection of nearly grazing contacts in a march, compiled.
-
-The signs are those of `impactlab.metrics.grazing`, from gaps at the same instants.
-"""
+"""Detection of nearly grazing contacts in a march as in `impactlab.metrics.grazing`, compiled."""
 
 from __future__ import annotations
 
@@ -81,10 +78,7 @@ def samples_of(length: float, trip: float, most: float) -> int:
 
 @EXACT_PART
 def meets_slowly(gap: Array, count: int, least: float) -> bool:
-    """Return whether faces come to rest against each other after a flight.
-
-    The flight is wider than ``least`` [m].
-    """
+    """Return whether faces rest against each other after a flight wider than ``least`` [m]."""
     fastest, widest = 0.0, gap[0]
     for i in range(1, count):
         fastest, widest = max(fastest, abs(gap[i] - gap[i - 1])), max(widest, gap[i])
@@ -109,10 +103,7 @@ def nearest(gap: Array, count: int, least: float) -> float:
 
 @EXACT_PART
 def write_merged_periods(spans: Array, count: int, c: int, periods: Array) -> int:
-    """Write the periods of a contact; return their number.
-
-    Periods without time between them are written as one.
-    """
+    """Write the periods of a contact, those without time between as one; return their number."""
     found = 0
     for k in range(count):
         if spans[k, CONTACT] != c:

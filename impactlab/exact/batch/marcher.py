@@ -1,7 +1,4 @@
-"""A memory in which scenes of one pattern march one after another.
-
-It grows when a march needs more.
-"""
+"""A memory, which grows as needed, in which scenes of one pattern march one after another."""
 
 from __future__ import annotations
 

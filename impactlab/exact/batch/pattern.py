@@ -138,10 +138,7 @@ def numbers_of(scene: Scene, layout: NetworkLayout, log: Log, round_trips: float
 
 
 def _starts(scene: Scene) -> tuple[dict[str, int], int]:
-    """Return the place of each body's first number, and the contacts' first.
-
-    Places are those in the vector.
-    """
+    """Return the places in the vector of each body's first number, and of the contacts'."""
     starts, at = dict[str, int](), 0
     for name, body in scene.bodies.items():
         starts[name] = at

@@ -110,10 +110,7 @@ def read_contacts(m: MarchArrays, q: Pattern, r: ResultArrays, count: int, out: 
 
 @EXACT_PART
 def read(m: MarchArrays, q: Pattern, r: ResultArrays, wanted: int, out: Array) -> int:
-    """Write the results of a finished march; return whether they stand.
-
-    Otherwise return why the point is left to a run.
-    """
+    """Write the results of a finished march; return whether they stand, or why not."""
     p, t = r.vector, m.state[0].duration
     count = find_spans(m, r.spans, r.openings, wanted & PEAKS != 0)
     if may_be_noise(m, q, p, r.spans, count, r.arrivals):

@@ -1,7 +1,4 @@
-"""Compiled signals of a march at a time, and their integrals.
-
-The same as `impactlab.exact.results.signals`, one number at a time.
-"""
+"""Compiled signals of a march and their integrals, those of `exact.results.signals` one number at a time."""
 
 from __future__ import annotations
 
@@ -19,10 +16,7 @@ POWERS = np.array([2.0 / (1.0 - k * k) if k % 2 == 0 else 0.0 for k in range(2 *
 
 @EXACT_PART
 def piece_at(m: MarchArrays, j: int, t: float) -> int:
-    """Return the piece of junction j at time t.
-
-    At a break it is the one after it.
-    """
+    """Return the piece of junction j at time t; at a break the later one."""
     first = len(m.pieces) // len(m.junctions) * j
     low, high = 0, m.junctions[j].records - 1
     until = t + m.state[0].tolerance
@@ -95,10 +89,7 @@ def integral(m: MarchArrays, j: int, row: int, t0: float, t1: float, square: boo
 
 @EXACT_PART
 def wave_integral(m: MarchArrays, end: int, t0: float, t1: float, carried: bool) -> float:
-    """Return the integral of an end's squared wave from t0 to t1.
-
-    With ``carried`` it is that of its time integral.
-    """
+    """Return the integral of an end's squared wave, or ``carried`` of its time integral, from t0 to t1."""
     j = m.ends[end].junction
     junction = m.junctions[j]
     row = 2 * junction.nodes + end - junction.first_end + (junction.ends if carried else 0)
@@ -161,10 +152,7 @@ def energy(m: MarchArrays, q: Pattern, b: int, t: float) -> float:
 
 @EXACT_PART
 def load_work(m: MarchArrays, q: Pattern, b: int, t: float) -> float:
-    """Return the work of gravity and end forces on a body [J].
-
-    It is from 0 to t.
-    """
+    """Return the work of gravity and end forces on a body from 0 to t [J]."""
     total, body, gravity = 0.0, q.bodies[b], m.state[0].gravity
     for k in range(body.first_link, body.last_link):
         lag = m.ends[q.links[k].left_end].transit
@@ -206,10 +194,7 @@ def spring_energy(m: MarchArrays, c: int, t: float) -> float:
 
 @EXACT_PART
 def contact_loss(m: MarchArrays, c: int, t: float) -> float:
-    """Return the loss in a contact's dashpot from 0 to t [J].
-
-    See `energies.SpringContact`.
-    """
+    """Return the loss in a contact's dashpot from 0 to t [J]; see `energies.SpringContact`."""
     contact, total = m.contacts[c], 0.0
     j = m.nodes[contact.left].junction
     junction = m.junctions[j]

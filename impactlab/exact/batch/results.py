@@ -67,10 +67,7 @@ def find_spans(m: MarchArrays, spans: Array, openings: Array, peaks: bool) -> in
 
 @EXACT_PART
 def may_be_noise(m: MarchArrays, q: Pattern, p: Array, spans: Array, count: int, arrivals: Array) -> bool:
-    """Return whether a period of contact may be noise (`noise_floor`).
-
-    It is weak, earlier than any wave, or split.
-    """
+    """Return whether a period of contact is weak, earlier than any wave, or split (`noise_floor`)."""
     strongest = 0.0
     for k in range(count):
         strongest = max(strongest, abs(spans[k, IMPULSE]))
@@ -225,10 +222,7 @@ def rank(q: Pattern, p: Array, b: int) -> int:
 
 @EXACT_PART
 def total_energy(m: MarchArrays, q: Pattern, t: float) -> float:
-    """Return the energy of all bodies and contact springs [J].
-
-    It is that at time t.
-    """
+    """Return the energy of all bodies and contact springs at time t [J]."""
     total = 0.0
     for b in range(len(q.bodies)):
         total += energy(m, q, b, t)
@@ -242,10 +236,7 @@ def total_energy(m: MarchArrays, q: Pattern, t: float) -> float:
 def at_stake(
     m: MarchArrays, q: Pattern, p: Array, spans: Array, count: int, start: float, work: float, group: Array
 ) -> float:
-    """Return the energy that bodies can exchange [J].
-
-    It is that of `EnergyBook.at_stake`; ``group`` is room for the bodies.
-    """
+    """Return the energy of `EnergyBook.at_stake` [J]; ``group`` is room for the bodies."""
     t, gravity = m.state[0].duration, m.state[0].gravity
     n = len(q.bodies)
     for b in range(n):

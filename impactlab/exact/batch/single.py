@@ -34,10 +34,7 @@ Integral = Callable[[Array, bool], Array]
 
 @EXACT_ENTRY
 def write_network(m: MarchArrays, q: Pattern, p: Array, places: Array, speeds: Array, most: int) -> bool:
-    """Write the network of a vector; return whether it has the pattern.
-
-    As `writing.write`.
-    """
+    """Write the network of a vector as `writing.write`; return whether it has the pattern."""
     return bool(write(m, q, p, places, speeds, most))
 
 

@@ -43,10 +43,7 @@ def rod_momentum(layout: NetworkLayout, signals: Signals, name: str, t: Array) -
 
 
 def link_energy(signals: Signals, link: Link, t: Array) -> Array:
-    """Return kinetic and strain energy of a link [J].
-
-    It is Z times the integral of both waves squared.
-    """
+    """Return kinetic and strain energy of a link [J]: Z times its integral of both waves squared."""
     g, lag, total = signals.gravity, link.transit, np.zeros_like(t)
     for end in (link.left_end, link.right_end):
         wave, carried = signals.wave(end), signals.carried(end)
@@ -58,10 +55,7 @@ def link_energy(signals: Signals, link: Link, t: Array) -> Array:
 
 
 def rod_energy(layout: NetworkLayout, signals: Signals, name: str, t: Array) -> Array:
-    """Return the energy of a rod [J], shape of t (n,).
-
-    End masses and end springs are included.
-    """
+    """Return the energy of a rod with its end masses and springs [J], shape of t (n,)."""
     total = np.zeros_like(t)
     for link in layout.links[name]:
         total += link_energy(signals, link, t)
@@ -177,10 +171,7 @@ def energies_at(scene: Scene, layout: NetworkLayout, signals: Signals, t: Array)
 
 
 def gravity_work(layout: NetworkLayout, signals: Signals, name: str, t: Array) -> Array:
-    """Return the work of gravity on a rod [J].
-
-    It is g times the integral of its momentum.
-    """
+    """Return the work of gravity on a rod [J]: g times the integral of its momentum."""
     g, total = signals.gravity, np.zeros_like(t)
     for link in layout.links[name]:
         z = link.segment.impedance

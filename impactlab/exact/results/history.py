@@ -238,10 +238,7 @@ class ContinuousHistory(AbstractHistory):
         )
 
     def place(self, channel: str) -> Place:
-        """Return the place of a channel of a rod.
-
-        That of a probe is not rounded as in its name.
-        """
+        """Return the place of a channel of a rod, a probe's not rounded as in its name."""
         name, _, text = channel.partition(":")[2].rpartition("@")
         length = self.scene.bodies[name].length
         try:

@@ -21,10 +21,7 @@ MAX_PIECES = 20_000  # of a sum, whose extremes are sought in all of them; of mo
 
 
 def named(scene: Scene) -> dict[str, list[str]]:
-    """Return the contacts of each name given to several.
-
-    Such are the pieces of a shaft.
-    """
+    """Return the contacts of each name given to several, as to pieces of a shaft."""
     found: dict[str, list[str]] = {}
     for contact in scene.contacts:
         if contact.group:

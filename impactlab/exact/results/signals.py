@@ -149,10 +149,7 @@ class Signal:
         return np.asarray(sums - self._gauss(first, y0, True) + self._gauss(last, y1, True))
 
     def _wholes(self, square: bool) -> tuple[Array, Array]:
-        """Return the integral over each piece, and the sums before each.
-
-        It is that of the signal or its square, (pieces,).
-        """
+        """Return the integral of a signal or its square over each piece, (pieces,), and the sums before."""
         if square not in self._kept:
             every = np.arange(len(self.stop))
             each = self._gauss(every, np.ones(len(every)), square)
@@ -165,10 +162,7 @@ Of = TypeVar("Of")
 
 
 class AbstractSignals(ABC, Generic[Of]):
-    """All signals of a solved network, made when first used.
-
-    Each is a row in the records of a junction.
-    """
+    """All signals of a solved network, rows in the records of junctions, made when first used."""
 
     def __init__(self, log: Log) -> None:
         self.log = log
@@ -199,10 +193,7 @@ class AbstractSignals(ABC, Generic[Of]):
         return self._signal(j, nodes + node - first)
 
     def wave(self, end: int) -> Of:
-        """Return the wave emitted by an end [m/s].
-
-        It begins one transit before t = 0.
-        """
+        """Return the wave emitted by an end [m/s], from one transit before t = 0 on."""
         j = self._of_ends[end]
         nodes, _, _, first, _ = self._junctions[j]
         return self._signal(j, 2 * nodes + end - first)

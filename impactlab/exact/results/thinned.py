@@ -212,10 +212,7 @@ class Thinner:
         )
 
     def _contacts(self, window: ContinuousHistory, until: float) -> None:
-        """Add the events of the window to every contact period.
-
-        Its part of impulse and peak is added, too.
-        """
+        """Add the window's events, impulses and peaks to every contact period."""
         dated = window.dated
         self.events += dated
         for name in self.impulses:

@@ -90,10 +90,7 @@ def end_node(end: End, velocity: float, displacement: float) -> Node:
 
 
 def draw(scene: Scene) -> Drawing:
-    """Return the nodes, pieces and contacts of a scene.
-
-    They are in the order in which they are found.
-    """
+    """Return the nodes, pieces and contacts of a scene in the order found."""
     drawing = Drawing([], {}, [], [], [])
     nodes, members = drawing.nodes, drawing.members
     places: dict[str, list[float]] = {}

@@ -1,7 +1,4 @@
-"""Contacts of a scene in the exact solver, and refusals of others.
-
-They are hard contacts, springs with dashpots, and branches.
-"""
+"""Hard contacts, springs with dashpots, and branches in the exact solver, and refusals of others."""
 
 from __future__ import annotations
 
@@ -72,10 +69,7 @@ def bond(scene: Scene, method: Method, number: int) -> Bond:
 
 
 def massless(scene: Scene, point: Point) -> bool:
-    """Return whether a contact's face is without mass.
-
-    It is an inner point or the bare end of a rod.
-    """
+    """Return whether a face, an inner point or a bare rod end, is without mass."""
     body = scene.bodies[point.body].waves
     if body is None or body.is_inner(point.x):
         return body is not None
@@ -167,10 +161,7 @@ def check_hard(scene: Scene, number: int, opens: bool) -> None:
 
 
 def first_gap(scene: Scene, number: int) -> tuple[float, float]:
-    """Return the gap at t = 0 and its rounding [m].
-
-    Initial displacements are included.
-    """
+    """Return the gap at t = 0, with initial displacements, and its rounding [m]."""
     contact = scene.contacts[number]
     gap, size = contact.gap, 0.0
     for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):

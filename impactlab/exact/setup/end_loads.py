@@ -57,10 +57,7 @@ def force_at(m: MarchArrays, i: int, t: float) -> float:
 
 @EXACT_PART
 def write_end_loads(m: MarchArrays, j: int, t0: float, t1: float) -> int:
-    """Write the loads on junction j's nodes; return their number of coefficients.
-
-    They are those on [t0, t1].
-    """
+    """Write the loads on junction j's nodes on [t0, t1]; return their number of coefficients."""
     longest = 1
     for i in range(m.junctions[j].first_node, m.junctions[j].last_node):
         node = m.nodes[i]

@@ -1,7 +1,4 @@
-"""Initial waves of rods from displacement and velocity at t = 0.
-
-Ends emitted these waves before t = 0.
-"""
+"""Initial waves of rods, as emitted by their ends, from displacement and velocity at t = 0."""
 
 from __future__ import annotations
 
@@ -56,10 +53,7 @@ def points(n: int) -> Array:
 
 
 def resolved(shape: Profile, a: float, b: float, scale: float) -> Array | None:
-    """Return the Chebyshev coefficients of a profile on [a, b].
-
-    None where POINTS of them do not represent it.
-    """
+    """Return the Chebyshev coefficients of a profile on [a, b]; None if POINTS are too few."""
     x = np.clip(0.5 * (a + b) + 0.5 * (b - a) * points(POINTS), a, b)
     series = coefficients(np.asarray(shape(x), dtype=float))
     # The points do not reach the ends, where a kink could hide.
@@ -142,10 +136,7 @@ def end_pieces(scene: Scene, layout: NetworkLayout) -> dict[int, list[Piece]]:
 
 
 def check_held(rod: WaveBody, shape: Profile) -> None:
-    """Raise `CaseError` for a profile that moves a clamped end.
-
-    The rod would be torn there at t = 0.
-    """
+    """Raise `CaseError` for a profile that would tear the rod from its clamped end."""
     scale = float(np.max(np.abs(shape(np.linspace(0.0, rod.length, 257)))))
     for end, x, name in ((rod.left, 0.0, "left"), (rod.right, rod.length, "right")):
         if end.kind == "clamped" and abs(float(shape(np.array([x]))[0])) > 1e-9 * scale:
@@ -157,10 +148,7 @@ def check_held(rod: WaveBody, shape: Profile) -> None:
 
 
 def emitted(rod: WaveBody, link: Link, piece: Piece, direction: float) -> Piece:
-    """Return the emitted wave v0/2 -+ c u'/2 of a profile piece.
-
-    It is earlier by the way from the end.
-    """
+    """Return the wave v0/2 -+ c u'/2 of a profile piece, earlier by its way from the end."""
     a, b, coefficients = piece
     c = link.segment.wave_speed
     slope = np.zeros(1)
@@ -176,10 +164,7 @@ def emitted(rod: WaveBody, link: Link, piece: Piece, direction: float) -> Piece:
 
 
 def with_first_pieces(scene: Scene, layout: NetworkLayout, log: Log) -> Log:
-    """Return the log with pieces for the waves inside at t = 0.
-
-    These waves are already inside the rods.
-    """
+    """Return the log with pieces for the waves that are inside rods at t = 0."""
     pieces, state, ends = end_pieces(scene, layout), log.state, log.ends
     gravity, tolerance, transit = float(state["gravity"]), float(state["tolerance"]), ends["transit"].tolist()
     speed = [0.0] * len(ends)

@@ -1,7 +1,4 @@
-"""The scene as a network, and the log of its march.
-
-Nodes are joined by rod pieces and contacts.
-"""
+"""The scene as a network of nodes joined by rod pieces and contacts, and the log of its march."""
 
 from __future__ import annotations
 
@@ -62,10 +59,7 @@ class Place(NamedTuple):
 
     @classmethod
     def on(cls, links: Sequence[Link], length: float, x: float, exact: bool) -> Place:
-        """Return the place x [m] on a rod of some length [m].
-
-        It is ``exact`` or rounded to six digits.
-        """
+        """Return the place x [m] on a rod of some length [m], ``exact`` or to six digits."""
         link = next((item for item in links if x < item.x + item.length * (1.0 - 1e-12)), links[-1])
         way = (x - link.x) / link.segment.wave_speed
         # Names carry six digits: a place that rounds to the end of the rod is the end, however short its last link is.
@@ -115,10 +109,7 @@ class Log(NamedTuple):
 
 
 def copied(log: Log) -> Log:
-    """Return a copy of a log that has not marched.
-
-    It has arrays of its own, as the march writes into them.
-    """
+    """Return a copy, with arrays of its own, of a log that has not marched."""
     old, used = log.memory, int(log.state["pool_used"])
     arrays: dict[str, Any] = {name: records.copied(getattr(old, name)) for name in ARRAYS}
     arrays["pool"] = np.empty(len(old.pool))
@@ -152,10 +143,7 @@ def empty_log(junctions: int, nodes: int, ends: int, contacts: int, rows: int) -
 
 
 def with_room(log: Log, pieces: int, pool: int, events: int) -> Log:
-    """Return the log with room for pieces per junction, coefficients and events.
-
-    Room is added where it has less.
-    """
+    """Return a log with room, more where it has less, for pieces, coefficients and events."""
     memory: dict[str, Any] = {}
     named: dict[str, Any] = {}
     count, old = log.pieces.shape

@@ -1,4 +1,1 @@
-"""Tangents of the exact solution: derivatives of waves and event times.
-
-They are with respect to numbers of the scene.
-"""
+"""Tangents of the exact solution: derivatives of waves and event times by numbers of the scene."""

@@ -77,10 +77,7 @@ class TangentArrays(NamedTuple):
 
 
 def tangent_arrays(log: Log, rates: Rates) -> TangentArrays:
-    """Return the arrays for the tangents of a log at t = 0.
-
-    They have its room for pieces and events.
-    """
+    """Return the tangents' arrays, with the room of a log, at t = 0."""
     parameters = len(rates.state)
     junctions, room = log.pieces.shape
     nodes, ends = int(log.junctions["nodes"].max()), int(log.junctions["ends"].max())

@@ -81,10 +81,7 @@ def passes_end(solved: Solved, parameter: int) -> bool:
 
 
 def _change(f: float, tangent: float) -> float:
-    """Return the change of a parameter at which f is zero.
-
-    It is infinite where f hardly changes with it.
-    """
+    """Return the change of a parameter at which f is zero; infinite if f hardly changes."""
     return -f / tangent if tangent != 0.0 else np.inf
 
 

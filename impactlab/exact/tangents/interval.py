@@ -71,10 +71,7 @@ def fronts(m: MarchArrays, d: TangentArrays, j: int, t0: float) -> int:
 
 @EXACT_PART
 def arriving(m: MarchArrays, d: TangentArrays, q: int, j: int, t0: float, t1: float) -> int:
-    """Write the tangents of arriving waves; return their number of coefficients.
-
-    They arrive on [t0, t1].
-    """
+    """Write the tangents of waves arriving on [t0, t1]; return their number of coefficients."""
     state, junction = m.state[0], m.junctions[j]
     room = len(m.pieces) // len(m.junctions)
     longest = 1
@@ -159,10 +156,7 @@ def drive(m: MarchArrays, d: TangentArrays, q: int, j: int, longest: int) -> Non
 
 @EXACT_PART
 def massive(m: MarchArrays, d: TangentArrays, q: int, j: int, i: int, half: float, longest: int, floor: float) -> int:
-    """Write the tangent of a group's velocity; return its coefficients.
-
-    The group has mass and is that of node i.
-    """
+    """Write the tangent of velocity of node i's massive group; return its coefficients."""
     node, base = m.nodes[i], m.junctions[j].first_node
     g = node.group
     group = m.nodes[g]

@@ -1,7 +1,4 @@
-"""March of the exact solver with tangents, compiled.
-
-The intervals are the same; none is merged with its neighbour.
-"""
+"""March of the exact solver with tangents and the same, never merged, intervals, compiled."""
 
 from __future__ import annotations
 
@@ -144,10 +141,7 @@ def start_at_closing(m: MarchArrays, d: TangentArrays, j: int, half: float) -> N
 
 @EXACT_PART
 def date(m: MarchArrays, d: TangentArrays, j: int, half: float, found: bool) -> None:
-    """Keep the derivative of the time of the event.
-
-    That of the force after a front that parts faces is kept, too.
-    """
+    """Keep the derivative of the event's time, and of the force after a parting front."""
     state, junction = m.state[0], m.junctions[j]
     if not found and state.kind == CLOSE:
         start_at_closing(m, d, j, half)
@@ -192,10 +186,7 @@ def tried(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> tuple[int, 
 
 @EXACT_PART
 def interval(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> int:
-    """Advance junction j and its tangents to the next break or event.
-
-    Return a status, as `march.interval`.
-    """
+    """Advance junction j and its tangents to the next break or event; return a status as `march.interval`."""
     state, junction = m.state[0], m.junctions[j]
     t0 = junction.clock
     n, t1 = tried(m, d, j, until)

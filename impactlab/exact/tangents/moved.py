@@ -1,7 +1,4 @@
-"""A neighbouring exact run to first order, by tangents.
-
-The history of a run is moved along its tangents.
-"""
+"""A neighbouring exact run to first order: a history moved along its tangents."""
 
 from __future__ import annotations
 

@@ -8,10 +8,7 @@ from impactlab.types import Array
 
 @EXACT_PART
 def derivative(a: Array, n: int, out: Array) -> None:
-    """Write the n coefficients of the derivative of a[:n] on [-1, 1].
-
-    The last is zero.
-    """
+    """Write the n coefficients, the last zero, of the derivative of a[:n] on [-1, 1]."""
     out[n - 1] = 0.0
     after = 0.0
     later = 0.0

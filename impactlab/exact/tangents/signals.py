@@ -1,7 +1,4 @@
-"""Derivatives of an exact run's signals by one parameter.
-
-The times may move with it.
-"""
+"""Derivatives of an exact run's signals, and of their times, by one parameter."""
 
 from __future__ import annotations
 

@@ -30,10 +30,7 @@ def group_rate(m: MarchArrays, d: TangentArrays, q: int, j: int, g: int) -> floa
 
 @ALLOCATING_PART
 def add_change_of_stiffness(m: MarchArrays, d: TangentArrays, q: int, j: int, b: Array) -> None:
-    """Add the effect of stiffer springs and dashpots on groups' loads.
-
-    They are at ends and closed contacts.
-    """
+    """Add the effect of stiffer springs and dashpots, at ends and closed contacts, on groups' loads."""
     junction = m.junctions[j]
     base, nodes = junction.first_node, junction.nodes
     for i in range(base, junction.last_node):
@@ -64,10 +61,7 @@ def add_change_of_stiffness(m: MarchArrays, d: TangentArrays, q: int, j: int, b:
 def add_change_of_mass(
     m: MarchArrays, d: TangentArrays, q: int, j: int, damp: Array, stiff: Array, plain: Array, b: Array
 ) -> None:
-    """Add the effect of heavier masses on their groups' loads.
-
-    It is -(m'/m) times their inertia.
-    """
+    """Add the effect of heavier masses on their groups' loads: -(m'/m) times their inertia."""
     junction = m.junctions[j]
     base, nodes = junction.first_node, junction.nodes
     for g in range(base, junction.last_node):

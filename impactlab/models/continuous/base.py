@@ -1,7 +1,4 @@
-"""Base class of continuous bodies, which step by exact waves or an exact memory.
-
-They bring their own stepper in place of an integrator.
-"""
+"""Base class of continuous bodies, whose stepper of exact waves or memory replaces an integrator."""
 
 from __future__ import annotations
 
@@ -62,10 +59,7 @@ class AbstractSelfStepping(AbstractDiscreteModel):
         return None
 
     def misfit(self, dt: float) -> float:
-        """Return the relative change of lengths and speeds that fits a step [s].
-
-        It is 0, as here, if any step fits.
-        """
+        """Return the relative change of lengths and speeds that fits a step [s]; here 0."""
         return 0.0
 
     def misfits(self, steps: Array) -> Array:
@@ -82,10 +76,7 @@ class AbstractSelfStepping(AbstractDiscreteModel):
         return 0.0
 
     def fitting(self, dt: float) -> Array:
-        """Return steps from dt down that may fit better, (n,) [s].
-
-        It is dt alone, as here, where any step fits.
-        """
+        """Return steps from dt down that may fit better, (n,) [s]; here dt alone."""
         return np.array([dt])
 
     def momentum_row(self) -> Array:
@@ -94,10 +85,7 @@ class AbstractSelfStepping(AbstractDiscreteModel):
 
     @abstractmethod
     def stepper(self, ports: Array, dt: float) -> Stepper:
-        """Return the stepper for steps of dt [s].
-
-        ``ports`` are the rows along which contacts push.
-        """
+        """Return the stepper for steps of dt [s], pushed along the rows ``ports``."""
 
 
 def numbers_of_steps(least: float) -> Ints:

@@ -1,7 +1,4 @@
-"""Chain of delay lines: travelling waves of a rod of several segments, in steps.
-
-Contacts may be at inner places.
-"""
+"""Chain of delay lines: travelling waves of a rod of several segments, struck anywhere, in steps."""
 
 from __future__ import annotations
 
@@ -187,10 +184,7 @@ class DelayChain(AbstractSelfStepping):
         return 0.5 * (velocity - speed * slopes) - gained, 0.5 * (velocity + speed * slopes[::-1]) - gained
 
     def stepper(self, ports: Array, dt: float) -> Stepper:
-        """Return the chain prepared for steps of dt [s].
-
-        The step is at most the shortest time between two nodes.
-        """
+        """Return the chain for steps of dt [s], at most the shortest time between nodes."""
         rod, pieces, nodes = self._rod, self.pieces(dt), self.places.size
         check_cells(sum(piece.cells for piece in pieces), rod.name)
         impedances = np.array([0.0, *(piece.segment.impedance for piece in pieces), 0.0])

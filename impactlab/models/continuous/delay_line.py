@@ -1,7 +1,4 @@
-"""Delay line: travelling waves of a uniform rod, in steps.
-
-It is for laws that the exact solver does not support.
-"""
+"""Delay line: travelling waves of a uniform rod in steps, for laws that the exact solver refuses."""
 
 from __future__ import annotations
 

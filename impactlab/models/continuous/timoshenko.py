@@ -236,10 +236,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
         return count
 
     def _numbered(self, shear: Grid, bend: Grid) -> Array:
-        """Return kind, cell or node, and share of the next one, of each coordinate.
-
-        Shape (n, 3).
-        """
+        """Return kind, cell or node, and share of the next one, of each coordinate, (n, 3)."""
         numbers = []
         for x, quantity in self.coordinates:
             kind = KINDS[quantity]
@@ -285,10 +282,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
         return float(self._beam.segments[0].bending_stiffness * curvature) if quantity == "bending_moment" else 0.0
 
     def _response(self, row: Array, numbers: Array, shear: Grid, ends: Array, impedance: float, dt: float) -> Array:
-        """Return the change of coordinates and shear waves per newton on a coordinate.
-
-        The force acts over one step.
-        """
+        """Return the change of coordinates and shear waves per newton on one over a step."""
         n, count = self.n_dof, shear.cells
         node = int(numbers[int(np.argmax(row)), 1])
         response, at = np.zeros(2 * n + ENDS + 2 * count), 2 * n + ENDS

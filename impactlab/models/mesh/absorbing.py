@@ -1,7 +1,4 @@
-"""Absorbing layers at infinite ends of a beam.
-
-The elements of the beam go on, with damping that grows outwards.
-"""
+"""Absorbing layers at infinite ends of a beam: more elements, with damping that grows outwards."""
 
 from __future__ import annotations
 
@@ -112,10 +109,7 @@ def _layer(beam: Beam, segment: int, h: float, elements: int, lumped: bool, dura
 
 
 def _lengths(beam: Beam, length: float, h: float, elements: int, lumped: bool) -> Array:
-    """Return the lengths [m] of the elements of a layer, outwards, (n,).
-
-    The first follows an element of length h [m].
-    """
+    """Return the element lengths [m] of a layer, outwards from one of length h [m], (n,)."""
     growth = min(GROWTH, GROWTHS / elements)
     found: list[float] = []
     x = 0.0

@@ -16,10 +16,7 @@ MassMatrix = Literal["consistent", "lumped", "redistributed"]
 
 
 class Reference(NamedTuple):
-    """An element from -1 to 1, in its ``order + 1`` nodes.
-
-    It has EA = 1 and rho A = 1.
-    """
+    """An element from -1 to 1 with EA = rho A = 1, in its ``order + 1`` nodes."""
 
     nodes: Array  # (order + 1,)
     weights: Array  # (order + 1,) of the quadrature at the nodes, exact up to the degree 2 order - 1

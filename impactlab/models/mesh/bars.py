@@ -1,7 +1,4 @@
-"""A rod as a row of bar elements.
-
-`finite_element` steps this mesh, and `modal` takes its shapes from it.
-"""
+"""A rod as a row of bar elements, for `finite_element` and for the shapes of `modal`."""
 
 from __future__ import annotations
 
@@ -143,10 +140,7 @@ class Mesh(AbstractMesh):
         return row
 
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the displacement that a massless node adds at x, per force [m/N].
-
-        The force acts on the node itself.
-        """
+        """Return the displacement that a force on a massless node adds at x, per force [m/N]."""
         if self._massless is None or quantity == "velocity":
             return 0.0
         at = self._massless.at
@@ -161,10 +155,7 @@ class Mesh(AbstractMesh):
 
     @property
     def borders(self) -> Ints:
-        """Return the coordinates at the borders of elements, (n,) int.
-
-        The rod's matrices couple nothing across one of them.
-        """
+        """Return the coordinates (n,) int at element borders, across which nothing couples."""
         numbers = np.arange(0, len(self.nodes), self.order, dtype=np.int64)
         numbers = numbers[(numbers >= self.free_nodes.start) & (numbers < self.free_nodes.stop)] - self.free_nodes.start
         if self._massless is None:
@@ -324,10 +315,7 @@ class Mesh(AbstractMesh):
 
 
 def free_nodes(rod: WaveBody, count: int) -> slice[int, int, int]:
-    """Return the nodes of a rod that are not clamped.
-
-    Raise `CaseError` if all are.
-    """
+    """Return the nodes of a rod that are not clamped; raise `CaseError` if all are."""
     first = 1 if rod.left.kind == "clamped" else 0
     last = count - (1 if rod.right.kind == "clamped" else 0)
     if first == last:

@@ -1,7 +1,4 @@
-"""Base class of meshes of bars and of beam elements.
-
-It has their statics, a bound of their frequencies and cuts of banded matrices.
-"""
+"""Base class of meshes of bars and beams: statics, a bound of frequencies, cuts of banded matrices."""
 
 from __future__ import annotations
 
@@ -159,10 +156,7 @@ class AbstractMesh(AbstractDiscreteModel):
         )
 
     def at_ends(self, kind: str) -> Array:
-        """Return masses, dashpots or springs of the ends on the coordinates of all nodes.
-
-        Held nodes are included.
-        """
+        """Return masses, dashpots or springs of the ends on all nodes, held ones included."""
         per = len(self.motions)
         values = np.zeros(per * (self.ends[1][0] + 1))
         for node, end in self.ends:
@@ -192,19 +186,13 @@ class AbstractMesh(AbstractDiscreteModel):
         return np.asarray(displacement - self.rigid @ (inertia.T @ displacement))
 
     def static_compliance(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the static quantity at x per unit force on the whole mesh.
-
-        The force acts to the right at ``face`` [m].
-        """
+        """Return the static quantity at x per unit force, to the right, at ``face`` [m]."""
         moved = self.row(x, quantity) @ self.static(self.row(face, "displacement"))
         return float(moved) + self.left_out(x, quantity, face)
 
 
 def end_load(model: AbstractDiscreteModel, body: ElasticBody) -> Array:
-    """Return the forces on the ends of a body as loads, shape (n_dof,) [N].
-
-    They act on the coordinates of its model.
-    """
+    """Return the forces on the ends as loads on the model's coordinates, shape (n_dof,) [N]."""
     if body.left.force == 0.0 == body.right.force:
         return np.zeros(model.momentum_row().size)
     load = body.left.force * model.row(0.0, "displacement")

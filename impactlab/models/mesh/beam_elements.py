@@ -30,10 +30,7 @@ class ElementMatrices(NamedTuple):
 
 
 def shear_ratio(segment: BeamSegment, h: float) -> float:
-    """Return Phi = 12 EI/(kGA h2) of an element; 0 without shear deformation.
-
-    ``h`` is its length [m].
-    """
+    """Return Phi = 12 EI/(kGA h2) of an element of length ``h`` [m]; 0 without shear."""
     return 12.0 * segment.bending_stiffness / (segment.shear_stiffness * h**2)
 
 
@@ -52,10 +49,7 @@ def deflections(place: float, h: float, phi: float) -> Array:
 
 
 def rotations(place: float, h: float, phi: float) -> Array:
-    """Return the rotation of the cross section per coordinate, shape (4,).
-
-    Without shear deformation it is the slope.
-    """
+    """Return the rotation per coordinate, shape (4,): the slope without shear deformation."""
     s, r = place, 1.0 - place
     bend = 6.0 * s * r / h
     return np.array([-bend, r * (r - 2.0 * s) + phi * r, bend, s * (s - 2.0 * r) + phi * s]) / (1.0 + phi)

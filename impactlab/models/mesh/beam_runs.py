@@ -1,7 +1,4 @@
-"""The stiffness of a beam mesh as runs of equal elements.
-
-The leapfrog of beams steps along these runs.
-"""
+"""The stiffness of a beam mesh as runs of equal elements, for the leapfrog of beams."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""A beam as a row of beam elements.
-
-`finite_element` steps this mesh, and `modal` takes its shapes from it.
-"""
+"""A beam as a row of beam elements, for `finite_element` and for the shapes of `modal`."""
 
 from __future__ import annotations
 
@@ -154,10 +151,7 @@ class BeamMesh(AbstractMesh):
         return row
 
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the internal force at x that the elements lack, per unit force.
-
-        The force acts at ``face`` between two nodes.
-        """
+        """Return the internal force at x that elements lack per force at ``face`` between nodes."""
         struck, at = self._place(face)
         if quantity not in ("bending_moment", "shear_force") or at in (0.0, 1.0):
             return 0.0
@@ -248,10 +242,7 @@ class BeamMesh(AbstractMesh):
         return squares
 
     def _centrifugal_tensions(self) -> Array | None:
-        """Return the tension at the Gauss points of each element, (n_elements, 4) [N].
-
-        It is None for a beam at rest.
-        """
+        """Return tensions (n_elements, 4) [N] at the Gauss points; None for a beam at rest."""
         if self.beam.rotation is None:
             return None
         return self.beam.steady_beam(self.beam.rotation).tension(
@@ -272,10 +263,7 @@ class BeamMesh(AbstractMesh):
         return moved if self.beam.softening else whole - moved
 
     def _assembled(self) -> tuple[Array, Array, Array, Array]:
-        """Return mass, damping, stiffness and softening mass of all nodes, (4, 2 n_nodes) each.
-
-        Ends are included.
-        """
+        """Return mass, damping, stiffness and softening mass of all nodes and ends, (4, 2 n_nodes) each."""
         n, beam = 2 * len(self.nodes), self.beam
         mass, damping, stiffness, softened = np.zeros((4, n)), np.zeros((4, n)), np.zeros((4, n)), np.zeros((4, n))
         self._elastic = np.zeros((len(self.lengths), 4, 4))  # stiffness of each element
@@ -311,10 +299,7 @@ class BeamMesh(AbstractMesh):
         return mass, damping, stiffness, softened
 
     def _rigid_motions(self) -> tuple[Array, tuple[int, ...]]:
-        """Return the rigid motions a + b x, mass-normalised, and coordinates that stop them.
-
-        They are motions without strain or support.
-        """
+        """Return unstrained motions a + b x, mass-normalised, and coordinates that stop them."""
         strained = self.beam.tension != 0.0 or self.beam.rotation is not None
         rows = [[0.0, 1.0]] if strained else []  # a string under tension resists its rotation
         for node, end in self.ends:

@@ -56,10 +56,7 @@ def with_nodes_at(body: Deformed, faces: Sequence[Face], elements: int) -> Defor
 
 
 def _longest_transit(segments: tuple[Segment, ...], elements: int) -> float:
-    """Return the longest time [s] of a wave through an element.
-
-    It is inf where the segments need more elements than given.
-    """
+    """Return the longest time [s] of a wave through an element; inf with too few elements."""
     counts = elements_per_segment(segments, elements)
     if sum(counts) > elements:
         return float("inf")

@@ -53,10 +53,7 @@ class MasslessNodes:
         return folded[self.kept]
 
     def unfolded(self, displacement: Array) -> Array:
-        """Return the displacements (n, ...) of all nodes from those that remain.
-
-        No force acts on the others.
-        """
+        """Return the displacements (n, ...) of all nodes, unloaded, from those that remain."""
         nodal = np.zeros((self.kept.size + self.at.size, *displacement.shape[1:]))
         nodal[self.kept] = displacement
         left, right = nodal[self._left].T * self._share_left, nodal[self._right].T * self._share_right

@@ -103,10 +103,7 @@ def _displacements(histories: Sequence[AbstractHistory], raw: Sequence[Records],
 def _all_sizes(
     histories: Sequence[AbstractHistory], raw: Sequence[Records], moving: MovingFrames
 ) -> dict[str, dict[tuple[int, int], Sizes]]:
-    """Return norms of displacements and of their differences.
-
-    They are of all pairs of runs, by channel and pair.
-    """
+    """Return norms of displacements and of their differences by channel and pair of runs."""
     names = moving.channels
     if raw and all(name in raw[0].columns for name in names):
         values = [records.displacements(names, CELLS) for records in raw]
@@ -120,10 +117,7 @@ def _all_sizes(
 
 
 def _evaluated(history: AbstractHistory, moving: MovingFrames, raw: Records | None) -> Array:
-    """Return the displacements of a run [m], (n_channels, CELLS).
-
-    Those that are recorded are read from its records.
-    """
+    """Return displacements of a run [m], (n_channels, CELLS), from its records where they are."""
     found = [
         raw.displacements([name], CELLS)[0] if raw is not None and name in raw.columns
         else history.evaluate(moving.t, name)

@@ -41,7 +41,7 @@ from impactlab.refine.errors.modal_march import (
     write_coordinates,
 )
 from impactlab.simulate.stepping.arrays import StepArrays
-from impactlab.types import Array, Ints
+from impactlab.types import Array
 
 MIN_CHORD = 1e-6  # of an overlap: across less the slope of a chord is rounding
 MAX_SPEEDING = 0.5  # change of a speed of approach in the step of its touch: above, it is no speed
@@ -213,6 +213,15 @@ def book_force(
             out[MISSED] = max(out[MISSED], abs(own[LEFT] - own[RIGHT] + own[SHIFT]) / abs(gap))
 
 
+class Room(NamedTuple):
+    """Room for the march of the error equation."""
+
+    state: Array  # displacements and velocities of `Coordinates`, of zeros
+    memory: Array  # (contacts, `WORDS`), of zeros
+    compliances: Array  # (contacts, contacts)
+    system: Array  # (contacts, contacts + 1)
+
+
 @ENTRY
 def write_errors(
     m: StepArrays,
@@ -221,13 +230,8 @@ def write_errors(
     by_steps: float,
     laws: Array,
     shifts: Array,
-    constants: Array,
-    rows: Array,
-    ranges: Ints,
-    state: Array,
-    memory: Array,
-    compliances: Array,
-    system: Array,
+    at: Coordinates,
+    room: Room,
     out: Array,
 ) -> None:
     """Write the `ContactError` of each contact.
@@ -246,16 +250,15 @@ def write_errors(
         (contacts, 3): K, n and a v0 of each law.
     shifts : Array
         (contacts, 2): shift of each overlap [m], and the number of the step after which it begins.
-    constants, rows, ranges : Array
-        Of `Coordinates`, written; of zeros before.
-    state, memory : Array
-        Displacements and velocities of `Coordinates`, and (contacts, `WORDS`), of zeros, overwritten.
-    compliances, system : Array
-        (contacts, contacts) and (contacts, contacts + 1), overwritten.
+    at : Coordinates
+        Of zeros, written.
+    room : Room
+        Overwritten.
     out : Array
         (contacts, fields of `ContactError`), written.
     """
-    count, last, at = len(laws), len(record) - 1, Coordinates(constants, rows, ranges)
+    count, last = len(laws), len(record) - 1
+    state, memory, compliances, system = room
     write_coordinates(m, dt, at)
     write_compliances(at, compliances)
     for c in range(count):
@@ -321,7 +324,7 @@ def errors_by_shifts(record: Array, dt: float, laws: Array, shifts: Array, m: St
 def _errors(record: Array, dt: float, by_steps: float, laws: Array, shifts: Array, m: StepArrays) -> list[ContactError]:
     count = len(laws)
     at, state = room_for(m.state.size // 2, count)
-    memory, out = np.zeros((count, WORDS)), np.empty((count, len(ContactError._fields)))
-    systems = np.empty((count, count)), np.empty((count, count + 1))
-    entered_with_table(write_errors, m, record, dt, by_steps, laws, shifts, *at, state, memory, *systems, out)
+    room = Room(state, np.zeros((count, WORDS)), np.empty((count, count)), np.empty((count, count + 1)))
+    out = np.empty((count, len(ContactError._fields)))
+    entered_with_table(write_errors, m, record, dt, by_steps, laws, shifts, at, room, out)
     return [ContactError(*each) for each in out.tolist()]

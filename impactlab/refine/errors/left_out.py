@@ -42,10 +42,7 @@ class StaticShapes(NamedTuple):
     lasting: float = 1.0  # factor for vibrations that go on after the force has ended
 
     def missing_share(self, modes: float, dt: float) -> float:
-        """Return the missing share of the flexibility beyond a number of modes.
-
-        The steps have the length dt [s].
-        """
+        """Return the missing share of flexibility beyond some modes at steps of dt [s]."""
         last = min(self.bending * modes * modes, self.shear * modes)
         if min(LEFT_OUT_RATIO * last, self.max_frequency) * dt > MAX_TURN:
             return UNRESOLVED_FACTOR
@@ -73,10 +70,7 @@ class ModalError(NamedTuple):
         return self._replace(factor=factor * self.factor)
 
     def modes_for(self, error: float, dt: float = 0.0) -> float:
-        """Return about the least number of modes with at most this error.
-
-        The steps have the length dt [s].
-        """
+        """Return about the fewest modes with at most this error at steps of dt [s]."""
         most = math.pow(self.factor / error, 1.0 / self.power)
         if self.shapes is None or most <= 1.0:
             return most
@@ -88,10 +82,7 @@ class ModalError(NamedTuple):
 
 
 class LeftOut(NamedTuple):
-    """Flexibility of a beam's modes beyond the n-th at a contact [m/N].
-
-    It is factor / n^power.
-    """
+    """Flexibility factor / n^power of a beam's modes beyond the n-th at a contact [m/N]."""
 
     contact: Contact
     stiffness: float  # N/m, of the contact; NaN where it is not known
@@ -153,10 +144,7 @@ def stiffened(law: AbstractContactLaw) -> float:
 
 
 def _shapes(beam: Beam, rise: float, max_frequency: float) -> StaticShapes:
-    """Return the static shapes of a beam under a rising force.
-
-    The force rises in a time [s].
-    """
+    """Return the static shapes of a beam under a force that rises in a time [s]."""
     number, shear = math.pi / beam.length, math.inf
     bending = number**2 * min(math.sqrt(s.bending_stiffness / (s.density * s.area)) for s in beam.segments)
     if beam.theory == "timoshenko":  # modes that shear and modes that rotate sections: so many below a frequency

@@ -277,10 +277,7 @@ def _distance_to_check(study: Study) -> float:
 
 
 def resolves_contacts(history: AbstractHistory, request: Simulation) -> bool:
-    """Return whether each contact period has enough steps for an order.
-
-    Only contacts under compliant laws count.
-    """
+    """Return whether contact periods under compliant laws have enough steps for an order."""
     if history.dt is None:
         return True
     for contact, law in zip(request.scene.contacts, laws_of(*request), strict=True):

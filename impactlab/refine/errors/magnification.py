@@ -1,7 +1,4 @@
-"""Factors by which touches magnify the error of a run.
-
-They also magnify the error of modes which all runs leave out.
-"""
+"""Factors by which touches magnify the error of a run, also that of modes left out."""
 
 from __future__ import annotations
 

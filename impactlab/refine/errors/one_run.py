@@ -106,10 +106,7 @@ def estimate_alone(study: Study, level: Level, request: Simulation) -> bool:
 
 
 def _needed(study: Study, level: Level, tolerance: float) -> int:
-    """Return about the least fineness within the tolerance.
-
-    It is 0 where more modes are needed.
-    """
+    """Return about the least fineness within the tolerance; 0 where more modes are needed."""
     description, order = study.description, _shown_order(study, level)
 
     def unseen_at(fineness: int) -> float:
@@ -136,10 +133,7 @@ def _needed(study: Study, level: Level, tolerance: float) -> int:
 
 
 def _shown_order(study: Study, level: Level) -> float:
-    """Return the order that the errors of single runs show.
-
-    It is at most the declared one.
-    """
+    """Return the order that errors of single runs show, at most the declared one."""
     order, first = study.description.order, study.levels[0]
     if first.fineness >= level.fineness or 0.0 in (first.by_steps, level.by_steps):
         return order  # a run that ends as the faces meet may show no error at all
@@ -148,10 +142,7 @@ def _shown_order(study: Study, level: Level) -> float:
 
 
 def _saves(study: Study, level: Level) -> bool:
-    """Return whether a coarser run is worth its time.
-
-    It would replace one that keeps the tolerance.
-    """
+    """Return whether a coarser run in place of one within the tolerance is worth its time."""
     if any(each.fineness == study.next for each in study.levels):
         return False
     least = MIN_SAVING_ALONE if choosing_s(study) <= MAX_CHOOSING * study.seconds else MIN_SAVING_OF_SHORT

@@ -1,7 +1,4 @@
-"""Relative errors of bounded quantities from the errors of contacts.
-
-A tolerance bounds them; the errors are those of the contacts of a run.
-"""
+"""Relative errors of the quantities that a tolerance bounds, from errors of the contacts of a run."""
 
 from __future__ import annotations
 

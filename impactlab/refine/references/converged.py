@@ -1,8 +1,10 @@
-"""A reference by refinement: independent descriptions of one scene, refined until their errors are known."""
+"""A reference by refinement: independent descriptions of one scene, refined until their errors are known.
+
+Its cost is predicted from the levels that it is expected to need, their steps, records and comparisons.
+"""
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import math
 from collections import OrderedDict
@@ -19,7 +21,7 @@ from impactlab.refine.descriptions.rods import MIN_FINENESS
 from impactlab.refine.descriptions.suitable import has_unique_solution, stepped
 from impactlab.refine.references.reference_record import CONVERGED, FULL_BUDGET_S, Reference, physics_key
 from impactlab.scene.facts import beams_of, changes
-from impactlab.scene.method import Method, Simulation
+from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.scene.problem import RECORDS, Scene
 from impactlab.scene.sizes import default_records
 
@@ -47,13 +49,19 @@ STATED_BESIDE = (
     "event_times",
 )  # metrics with an uncertainty of their own
 MAX_KEPT = 12  # converged references in memory
+# Of a predicted cost, in seconds by the time of the processor:
+CONTACT_S = 1.5e-7  # a step and contact, beside the first
+LEVEL_S = 3e-3  # of a level, for each contact and the first
+COMPARISON_S = 4e-3  # of two levels, likewise; each is compared with two others
+FIRST_UNCERTAINTY, FIRST_OF_BEAMS = 1e-3, 5e-4  # expected of a reference at its coarsest level
+FIRST_OF_YIELDING = 2e-2  # the same where a contact yields; steps that do not end where it begins to are of first order
 
 _kept: OrderedDict[Any, Reference | None] = OrderedDict()
 
 
 def converged(scene: Scene, method: Method, budget: float = FULL_BUDGET_S) -> Reference | None:
     """Return the better of two independent descriptions refined until their error is known, or None."""
-    request = Simulation(dataclasses.replace(scene, records=default_records(scene, RECORDS), frames=()), method)
+    request = _request(scene, method)
     key = (physics_key(*request), budget)
     try:
         if key in _kept:
@@ -65,6 +73,11 @@ def converged(scene: Scene, method: Method, budget: float = FULL_BUDGET_S) -> Re
     while len(_kept) > MAX_KEPT:
         _kept.popitem(last=False)
     return _kept[key]
+
+
+def _request(scene: Scene, method: Method) -> Simulation:
+    """Return a scene with its default records, as a reference is computed."""
+    return Simulation(scene, method).but(records=default_records(scene, RECORDS), frames=())
 
 
 def _converged(request: Simulation, budget: float) -> Reference | None:
@@ -99,10 +112,7 @@ def _converged(request: Simulation, budget: float) -> Reference | None:
 
 
 def descriptions_of(request: Simulation) -> Iterator[Description]:
-    """Yield the descriptions that references use, the best first.
-
-    There are none where the physics has no unique solution.
-    """
+    """Yield the descriptions that references use, the best first; none without a unique solution."""
     beams = beams_of(request.scene)
     if beams and not changes(request.scene) and has_unique_solution(request):
         continuous = beam_descriptions.continuous(request)
@@ -115,10 +125,7 @@ def descriptions_of(request: Simulation) -> Iterator[Description]:
 
 
 def least_s(description: Description) -> float:
-    """Return the predicted solving time of the first three levels [s].
-
-    An error estimate needs at least three.
-    """
+    """Return the predicted time of the first three levels, which an estimate needs [s]."""
     levels = MIN_FINENESS, round(RATIO * MIN_FINENESS), round(RATIO * round(RATIO * MIN_FINENESS))
     return sum(description.seconds(description.per_level * level) for level in levels)
 
@@ -143,7 +150,7 @@ def refine(
         spent += study.seconds
         del study.levels[:-3]
         for other in study.levels[:-1]:
-            apart[other.fineness, newest.fineness] = differences(other.history, newest.history, newest.history.scene)
+            apart[other.fineness, newest.fineness] = differences(other.history, newest.history)
         if len(study.levels) == 3:
             fineness = [each.fineness for each in study.levels]
             stated = uncertainties(apart, fineness, description.reference_order)
@@ -165,10 +172,7 @@ def refine(
 
 
 def target(next_s: float, alone: bool = False) -> float:
-    """Return the uncertainty at which refining ends.
-
-    It depends on the predicted time of solving the next level [s].
-    """
+    """Return the uncertainty at which refining ends, by the predicted time of the next level [s]."""
     if next_s <= MAX_CHEAP_LEVEL_S:
         return MIN_UNCERTAINTY
     if next_s <= MIN_COSTLY_LEVEL_S:
@@ -208,7 +212,7 @@ def uncertainties(
 def checked(best: Reference, other: Reference) -> Reference:
     """Return a solution with the uncertainty that remains beside an independent one."""
     stated = dict(best.uncertainties)
-    for name, value in differences(other.history, best.history, best.history.scene).items():
+    for name, value in differences(other.history, best.history).items():
         if value > stated.get(name, best.uncertainty) + other.uncertainties.get(name, other.uncertainty):
             stated[name] = value
     uncertainty = max([best.uncertainty, *(stated[name] for name in CONVERGED_BY if name in stated)])
@@ -216,10 +220,61 @@ def checked(best: Reference, other: Reference) -> Reference:
     return best._replace(uncertainty=uncertainty, uncertainties=stated, found=found)
 
 
-def differences(coarse: AbstractHistory, fine: AbstractHistory, scene: Scene) -> dict[str, float]:
+def differences(coarse: AbstractHistory, fine: AbstractHistory) -> dict[str, float]:
     """Return the metrics of two solutions; event times inf where the events differ in number."""
     installed = norms.installed()
-    found = {name: installed[name](coarse, fine, scene) for name in (*CONVERGED_BY, *STATED_BESIDE)}
+    found = {name: installed[name](coarse, fine, fine.scene) for name in (*CONVERGED_BY, *STATED_BESIDE)}
     if len(coarse.events) != len(fine.events):
         found["event_times"] = math.inf
     return {name: float(value) for name, value in found.items() if value is not None}
+
+
+def predicted_s(scene: Scene, method: Method) -> float | None:
+    """Return the predicted time of a converged reference [s]; None for none within the budget."""
+    request = _request(scene, method)
+    found = list(descriptions_of(request))
+    if not found or all(least_s(each) > FIRST_SHARE * FULL_BUDGET_S for each in found):
+        return None
+    contacts, first, most = max(1, len(scene.contacts)), FIRST_UNCERTAINTY, math.inf
+    if any(not law.smooth and not law.hard for law in laws_of(scene, method)):
+        first, most = FIRST_OF_YIELDING, 1.0
+    elif beams_of(scene):
+        first = FIRST_OF_BEAMS
+    total, solving = _levels_s(found[0], contacts, first, most, FIRST_SHARE * FULL_BUDGET_S, alone=len(found) == 1)
+    if len(found) > 1:
+        total += _levels_s(found[1], contacts, first, most, max(MIN_CHECK_S, solving), CHECK_UNCERTAINTY)[0]
+    return total
+
+
+def _levels_s(
+    description: Description,
+    contacts: int,
+    first: float,
+    most: float,
+    budget: float,
+    enough: float = 0.0,
+    alone: bool = False,
+) -> tuple[float, float]:
+    """Return the predicted times of all levels and of their solving [s].
+
+    The levels end at an uncertainty. They end at a budget of solving. ``first`` is the uncertainty that is expected of
+    the coarsest level, ``most`` the largest order with which it falls.
+    """
+    level, solving, total, count = MIN_FINENESS, 0.0, 0.0, 0
+    while True:
+        fineness = description.per_level * level
+        seconds, steps = description.seconds(fineness), description.work(fineness)[0]
+        if solving + seconds > budget:
+            return total, solving
+        solving += seconds
+        of_contacts = CONTACT_S * (contacts - 1) * steps
+        total += (
+            seconds + description.finding(fineness) + of_contacts + contacts * (LEVEL_S + min(2, count) * COMPARISON_S)
+        )
+        count += 1
+        level = round(RATIO * level)
+        order = min(most, max(1.0, description.reference_order))
+        uncertainty = first * (MIN_FINENESS * description.per_level / fineness) ** order
+        next_s = description.seconds(description.per_level * level)
+        if count >= 3 and uncertainty <= max(enough, target(next_s, alone)):
+            return total, solving

@@ -20,12 +20,12 @@ from impactlab.scene.problem import Scene
 from impactlab.startup.lazy import lazy
 
 if TYPE_CHECKING:
-    from impactlab.refine.references import converged_cost
+    from impactlab.refine.references import converged as converged_reference
 else:  # with the step loop, which an exact solution does not need
-    converged_cost = lazy("impactlab.refine.references.converged_cost")
+    converged_reference = lazy("impactlab.refine.references.converged")
 
 MAX_RATIO = 10.0  # predicted time of a reference over that of the run, up to which a plain run computes it
-MAX_UNASKED_S = 10.0  # s, predicted time of a reference up to which a plain run computes it, however long the run took
+MAX_PLAIN_S = 10.0  # s, predicted time of a reference up to which a plain run computes it, however long the run took
 # Seconds, measured on the cases of the suite by the time of the processor.
 SETUP_S = 8e-4  # of a run, for a body and its contacts
 STEP_S = 3e-7
@@ -84,11 +84,11 @@ def reference_s(scene: Scene, method: Method) -> Outlook:
 
 def converged_s(scene: Scene, method: Method) -> Outlook:
     """Return the predicted time of a converged reference [s]."""
-    predicted = converged_cost.predicted_s(scene, method)
+    predicted = converged_reference.predicted_s(scene, method)
     return Outlook("none") if predicted is None else Outlook("converged", predicted)
 
 
-def unasked(scene: Scene, method: Method, history: AbstractHistory) -> tuple[Reference | None, Outlook]:
+def of_plain_run(scene: Scene, method: Method, history: AbstractHistory) -> tuple[Reference | None, Outlook]:
     """Return the reference of a run where none was requested, with its outlook.
 
     Parameters
@@ -101,7 +101,7 @@ def unasked(scene: Scene, method: Method, history: AbstractHistory) -> tuple[Ref
     outlook = reference_s(scene, method)
     if outlook.status == "none":
         return None, outlook
-    if (outlook.about_s or 0.0) > min(MAX_RATIO * run_s(history), MAX_UNASKED_S):
+    if (outlook.about_s or 0.0) > min(MAX_RATIO * run_s(history), MAX_PLAIN_S):
         return None, outlook._replace(status="not_computed")
     found = find(scene, method, FULL_BUDGET_S if outlook.status == "converged" else math.inf, outlook.status == "exact")
     if found is None and outlook.status == "exact":  # it ended early

@@ -86,7 +86,7 @@ def film(history: AbstractHistory) -> tuple[Figure, Step, int]:
     title = history.case.title if history.case is not None else scene.name
     figure.text(0.09, 0.95, title, color=INK, fontsize=10.5, weight="bold", va="center")
     digits = max(0, 2 - math.floor(math.log10(scene.duration / time.size)))
-    said = figure.text(
+    time_text = figure.text(
         0.88, 0.95, "", color=MUTED, fontsize=9.5, ha="right", va="center", family="monospace", gid=MOVING
     )
 
@@ -94,7 +94,7 @@ def film(history: AbstractHistory) -> tuple[Figure, Step, int]:
     def step(number: int) -> None:
         for each in steps:
             each(number)
-        said.set_text(f"t = {times[number] / time.size:.{digits}f} {time.label}")
+        time_text.set_text(f"t = {times[number] / time.size:.{digits}f} {time.label}")
 
     step(0)
     return figure, step, times.size

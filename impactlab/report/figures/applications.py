@@ -64,10 +64,7 @@ class Loop(NamedTuple):
 
 
 def of_laws_with_memory(trace: Trace, scene: Scene) -> list[PageFigure]:
-    """Return the figures of a run whose laws have memory.
-
-    They are loops, the head of a pile, and curves of specimens.
-    """
+    """Return figures of laws with memory: loops, the head of a pile, curves of specimens."""
     history, figures = trace.history, []
     laws = history.method.laws
     if any(isinstance(law, Smith) for law in laws.values()):
@@ -161,10 +158,7 @@ def pile_head(head: Head, scene: Scene) -> Figure:
 
 
 def by_gauges(history: AbstractHistory, incident: str, transmission: str, law: Specimen) -> hopkinson.Curve | None:
-    """Return the curve of two bars' probes by three-wave analysis.
-
-    None where they are no such bars.
-    """
+    """Return the curve of two bars' probes by three-wave analysis; None for other bars."""
     diameter = float(np.sqrt(4.0 * law.area / np.pi))
     with suppress(ImpactlabError), warnings.catch_warnings():
         warnings.simplefilter("ignore", RunWarning)  # the caption has the end of the curve

@@ -1,7 +1,4 @@
-"""The Lagrange diagram: load over place and time, with events.
-
-All bodies stand end to end, place to the right and time upwards.
-"""
+"""The Lagrange diagram: load over place, all bodies end to end, and time (upwards), with events."""
 
 from __future__ import annotations
 

@@ -170,9 +170,9 @@ def bands(found: granular.Bands) -> Figure:
     for low, high in found.gaps:
         axis.axhspan(low / size.size, high / size.size, color=PALETTE[0], alpha=GAP_SHADE, linewidth=0.0)
         if high - low > MIN_NAMED * found.frequency.max():
-            said = f"no waves from {low / size.size:.3g} to {high / size.size:.3g} {size.label}"
+            text = f"no waves from {low / size.size:.3g} to {high / size.size:.3g} {size.label}"
             middle = 0.5 * (low + high) / size.size
-            axis.text(0.5, middle, said, color=PALETTE[0], fontsize=LABEL, ha="center", va="center")
+            axis.text(0.5, middle, text, color=PALETTE[0], fontsize=LABEL, ha="center", va="center")
     axis.set_xlim(0.0, 1.0)
     axis.set_ylim(bottom=0.0)
     axis.set_xlabel("phase from cell to cell  q/π")

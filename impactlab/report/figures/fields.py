@@ -83,10 +83,7 @@ def snapshots(traces: Sequence[Trace], scene: Scene, body: str) -> Figure:
 def _row_scales(
     axis: Axes, traces: Sequence[Trace], bases: Sequence[float], extent: tuple[float, float], top: float
 ) -> None:
-    """Label zero and one round value of each row; name the rows.
-
-    Labels are at the left.
-    """
+    """Label zero and a round value of each row at the left; name the rows."""
     largest = max(extent, key=abs) or 1.0
     leading = 10.0 ** math.floor(math.log10(abs(largest)))
     tick = math.copysign(max(n for n in (1, 2, 4, 5, 6, 8) if n * leading <= abs(largest) * 1.0001) * leading, largest)
@@ -98,9 +95,6 @@ def _row_scales(
 
 
 def few(x: Array, values: Array) -> tuple[Array, Array]:
-    """Return a curve along a body at no more than `MAX_POINTS` places.
-
-    The first and the last place are included.
-    """
+    """Return a curve along a body at `MAX_POINTS` places at most, both ends included."""
     kept = np.unique(np.linspace(0, x.size - 1, min(x.size, MAX_POINTS)).round().astype(int))
     return x[kept], values[kept]

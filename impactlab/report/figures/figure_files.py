@@ -90,10 +90,7 @@ def to_svg(figure: Figure) -> str:
 
 @drawn
 def save(figure: Figure, folder: Path, name: str, formats: Sequence[str] = ("svg", "png")) -> str:
-    """Write a figure in each format into the folder; return the SVG.
-
-    Files are ``name.svg``, ``name.png`` or ``name.pdf``.
-    """
+    """Write a figure as ``name.svg``, ``.png`` or ``.pdf`` by format; return the SVG."""
     svg = to_svg(figure)
     if "svg" in formats:
         (folder / f"{name}.svg").write_text(svg, encoding="utf-8")
@@ -207,10 +204,7 @@ def _tenths(number: int, *, apart: bool = False) -> str:
 
 
 def with_classes(figures: Sequence[str]) -> tuple[list[str], str]:
-    """Return inlined figures with style classes, and their rules.
-
-    Classes take the place of style attributes.
-    """
+    """Return inlined figures with classes in place of style attributes, and their rules."""
     names: dict[str, str] = {}
 
     def named(match: re.Match[str]) -> str:

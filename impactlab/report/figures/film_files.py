@@ -1,7 +1,4 @@
-"""Animations as files: GIF or MP4.
-
-Of frames as pixels, parts that do not move are drawn once.
-"""
+"""Animations as files, GIF or MP4, in which parts that do not move are drawn once."""
 
 from __future__ import annotations
 
@@ -43,10 +40,7 @@ def write(history: AbstractHistory, path: Path, seconds: float = 8.0) -> None:
 
 @drawn
 def pictures(figure: Figure, step: Step, shown: Sequence[int]) -> list[Pixels]:
-    """Return frames as pixels, (height, width, 4) each.
-
-    Parts that do not move are drawn once.
-    """
+    """Return frames as pixels, (height, width, 4) each; parts that rest are drawn once."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     canvas: Any = FigureCanvasAgg(figure)
@@ -68,10 +62,7 @@ def pictures(figure: Figure, step: Step, shown: Sequence[int]) -> list[Pixels]:
 
 
 def write_gif(path: Path, taken: Sequence[Pixels], seconds: float) -> None:
-    """Write pictures into an endless GIF.
-
-    Its colours are those of its last picture.
-    """
+    """Write pictures into an endless GIF with the colours of the last one."""
     from PIL import Image
 
     shown = [Image.fromarray(picture[:, :, :3]) for picture in taken]

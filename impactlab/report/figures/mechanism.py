@@ -26,10 +26,7 @@ SQUARE = 12.0  # points, the side of a body that a link meets
 
 
 def joints(history: AbstractHistory, mechanism: Mechanism, times: Array) -> Array:
-    """Return the places of ground hinge, joints and end [m].
-
-    The shape is (n_times, n_links + 1, 2); links are drawn straight.
-    """
+    """Return places [m] of hinge, joints and end, (n_times, n_links + 1, 2), of straight links."""
     angles = np.array([history.evaluate(times, f"angle:{link.name}") for link in mechanism.links])
     lengths = np.array([link.length for link in mechanism.links])
     steps = lengths[:, None, None] * np.stack((np.cos(angles), np.sin(angles)), axis=2)

@@ -36,10 +36,7 @@ class NamedContact(NamedTuple):
 
 
 def named_contacts(histories: Sequence[AbstractHistory]) -> list[NamedContact]:
-    """Return the contacts of the scene that histories share, by name.
-
-    Each name has one, in the order of the scene.
-    """
+    """Return one contact per name that histories share, in the order of the scene."""
     if not histories:
         return []
     found: dict[str, list[tuple[int, str]]] = defaultdict(list)

@@ -53,8 +53,7 @@ def contacts(traces: Sequence[Trace], scene: Scene) -> Figure:
     """
     known = [contact for contact in with_figures([trace.history for trace in traces]) if not contact.linked]
     reference = exact_of(traces)
-    answer = named(reference)
-    rows = ([Trace(answer, reference, INK)] if reference else []) + list(traces)
+    rows = ([Trace(named(reference), reference, INK)] if reference else []) + list(traces)
     left = room_for(trace.name for trace in rows)
     right, top = 0.7 if is_narrow() else 0.95, 0.32 if len(known) > 1 else 0.1
     margins = Margins(left, right, top, lower_margin(trips=True))
@@ -150,10 +149,7 @@ def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Fig
 
 
 def _dots(axis: Axes, values: Sequence[float | None], colours: Sequence[str], low: float, high: float) -> None:
-    """Draw one panel of `errors`: a dot per method.
-
-    The best stands in bold.
-    """
+    """Draw one panel of `errors`: a dot per method, the best in bold."""
     axis.set_xscale("log")
     axis.set_xlim(low / 1.6, high)
     axis.set_ylim(len(values) - 0.4, -0.6)

@@ -1,7 +1,4 @@
-"""The time traces of a page on one grid of times.
-
-They are probes, then forces, displacements, gaps and energy.
-"""
+"""The time traces of a page on one grid: probes, forces, displacements, gaps and energy."""
 
 from __future__ import annotations
 
@@ -47,10 +44,7 @@ class Panel(NamedTuple):
 
 
 def shown(traces: Sequence[Trace]) -> list[Trace]:
-    """Return the histories that a page shows.
-
-    They are the traces, then the reference of their errors, in ink.
-    """
+    """Return the histories on a page: the traces, then their reference in ink."""
     reference = exact_of(traces)
     if reference is None or (len(traces) == 1 and traces[0].history.dt is None):
         return list(traces)
@@ -110,10 +104,7 @@ def panels(
 
 
 def panels_of(history: Trace, channels: Sequence[str], times: Array) -> list[Panel]:
-    """Return the panels of some channels of one run, by quantity.
-
-    Times are (n,) [s].
-    """
+    """Return the panels of a run's channels at times (n,) [s], by quantity."""
     made = []
     quantities = [channel.partition(":")[0] for channel in channels]
     for quantity in dict.fromkeys(quantities):
@@ -166,10 +157,7 @@ def measured(history: AbstractHistory, probes: Sequence[Probe], times: Array) ->
 
 
 def sampled(history: AbstractHistory, channel: str, times: Array) -> Array | None:
-    """Return a channel at some times.
-
-    None where the history has no such channel, or no value of it.
-    """
+    """Return a channel at some times; None without the channel or its values."""
     quantity, _, name = str(channel).partition(":")
     try:
         if quantity == "gap":

@@ -1,7 +1,4 @@
-"""The scene as a page animates it: places, motion and load.
-
-Bodies stand end to end; motion and load are those at the frames.
-"""
+"""The scene as a page animates it: bodies end to end, with motion and load at the frames."""
 
 from __future__ import annotations
 
@@ -37,10 +34,7 @@ class BodyPlace(NamedTuple):
 
 
 def layout(scene: Scene) -> dict[str, BodyPlace]:
-    """Return the place of every body: rows of bodies in contact.
-
-    One row follows after the other.
-    """
+    """Return the place of every body: rows of bodies in contact, one after the other."""
     left, spots = dict.fromkeys(scene.bodies), {}
     total = sum(body.length for body in scene.bodies.values()) or 1.0
     start = 0.0
@@ -64,10 +58,7 @@ def layout(scene: Scene) -> dict[str, BodyPlace]:
 
 
 def _first(scene: Scene, left: Mapping[str, Any]) -> str:
-    """Return the body at which a row begins.
-
-    It is a beam, else one with nothing on its left.
-    """
+    """Return the body that begins a row: a beam, else one with nothing on its left."""
     beams = [name for name in left if scene.bodies[name].bends]
     free = [name for name in left if all(contact.right.body != name for contact in scene.contacts)]
     return [*beams, *free, *left][0]
@@ -167,10 +158,7 @@ def _frames(history: AbstractHistory, scene: Scene) -> Frames:
 
 
 def _field(history: AbstractHistory, body: ElasticBody, times: Array, quantity: str, places: int) -> Array | None:
-    """Return a quantity along a body at all frames, (frames, places).
-
-    None where the history keeps none.
-    """
+    """Return a quantity along a body at all frames, (frames, places); None where not kept."""
     x = np.linspace(0.0, body.length, places)
     try:
         known, values = history.fields_at(body.name, times, quantity)

@@ -1,7 +1,4 @@
-"""Bodies in SI units, as frozen records: rods, beams, shafts, masses, walls.
-
-Each kind has its own file.
-"""
+"""Bodies in SI units, as frozen records, a file for each kind: rods, beams, shafts, masses, walls."""
 
 from impactlab.scene.bodies.base import Body, ElasticBody, WaveBody
 from impactlab.scene.bodies.beam import Beam, BeamSegment, beams_among

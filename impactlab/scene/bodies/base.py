@@ -121,10 +121,7 @@ class Body(ABC):
 
     @property
     def ground_drives(self) -> tuple[tuple[str, str], ...]:
-        """Links turned by a ground drive past the links before them.
-
-        Each comes with the link before it.
-        """
+        """Links turned by a ground drive past the links before them, each with the previous one."""
         return ()
 
     @property
@@ -134,10 +131,7 @@ class Body(ABC):
 
     @property
     def end_force(self) -> float:
-        """Sum of the constant forces on both ends [N].
-
-        They act along +x, on a beam along +u.
-        """
+        """Sum of the constant forces on both ends [N], along +x, on a beam along +u."""
         return 0.0
 
     @property
@@ -146,10 +140,7 @@ class Body(ABC):
         return tuple([(x, end.load) for x, end in self.ends if end.load is not None])
 
     def is_driven(self, x: float) -> bool:
-        """Return whether the motion of a place follows from drives alone.
-
-        No force there can change it.
-        """
+        """Return whether drives alone move a place, so that no force there can."""
         return False
 
     @property
@@ -167,10 +158,7 @@ class Body(ABC):
 
     @property
     def softening(self) -> float:
-        """Centrifugal force per mass and displacement along the motion [1/s2].
-
-        It is 0 for a body that does not rotate.
-        """
+        """Centrifugal force per mass and displacement along the motion [1/s2]; 0 without rotation."""
         return 0.0 if self.rotation is None else self.rotation.softening
 
     @property
@@ -294,17 +282,11 @@ class ElasticBody(Segmented, Body):
     @property
     @abstractmethod
     def is_held_along(self) -> bool:
-        """Whether an end holds the body along its axis.
-
-        It then has a steady state under rotation.
-        """
+        """Whether an end holds the body along its axis, so that it may rotate steadily."""
 
     @property
     def limit_rate(self) -> float:
-        """Rate [rad/s] from which its stiffness does not hold it under rotation.
-
-        It is inf where the mesh gives the limit.
-        """
+        """Rate [rad/s] from which its stiffness does not hold it; inf where the mesh limits it."""
         return math.inf
 
     @property

@@ -1,7 +1,4 @@
-"""Beams by the theory of Euler and Bernoulli or of Timoshenko.
-
-They deflect across their axis.
-"""
+"""Beams that deflect across their axis, by the theory of Euler and Bernoulli or of Timoshenko."""
 
 from __future__ import annotations
 

@@ -22,10 +22,7 @@ SAME_TIME = 1e-9  # of the duration: samples may end this much before the run
 
 
 class AbstractLoad(ABC):
-    """A force on an end of a body over time [N].
-
-    It is positive along +x, on a beam along +u.
-    """
+    """A force on an end over time [N], positive along +x, on a beam along +u."""
 
     @abstractmethod
     def at(self, t: Array) -> Array:
@@ -51,17 +48,11 @@ class AbstractLoad(ABC):
 
     @abstractmethod
     def spacing(self, duration: float) -> float:
-        """Return the shortest time in which its slope changes [s].
-
-        The steps of a run of this duration follow from it.
-        """
+        """Return the shortest time in which its slope changes [s], for the steps of a run."""
 
     @abstractmethod
     def lines(self, duration: float) -> int | None:
-        """Return the number of straight lines over a run, or None.
-
-        It is None for a force of another kind.
-        """
+        """Return the number of straight lines over a run; None for a force of another kind."""
 
     def largest(self, duration: float) -> float:
         """Return its largest size [N] over [0, duration]."""
@@ -121,10 +112,7 @@ class SampledLoad(AbstractLoad):
         return start, self.t[-1] >= duration * (1.0 - SAME_TIME) or abs(self.f[-1]) <= zero
 
     def impulse(self, t: Array) -> Array:
-        """Return the impulse of the force from 0 to times [N s].
-
-        It is of the shape of t >= 0 [s].
-        """
+        """Return the impulse of the force from 0 to t >= 0 [s], of its shape [N s]."""
         times, forces, slopes, impulse = self._knots
         at = np.clip(np.searchsorted(times, t, side="right") - 1, 0, None)
         after = np.asarray(t) - times[at]

@@ -1,7 +1,4 @@
-"""Mechanisms: planar chains of rigid and flexible links.
-
-Each link is hinged to the end of the one before.
-"""
+"""Mechanisms: planar chains of rigid and flexible links, each hinged to the end of the one before."""
 
 from __future__ import annotations
 
@@ -52,10 +49,7 @@ class Link:
 
 
 class Mark(NamedTuple):
-    """A place of a link with a direction fixed in space.
-
-    A contact or a probe follows it.
-    """
+    """A place of a link, with a direction in space, that a contact or probe follows."""
 
     link: int
     x: float  # m along the link
@@ -196,10 +190,7 @@ class Mechanism(MechanismBody):
 
 
 def links_on_hubs(bodies: Iterable[Body]) -> Iterator[tuple[Mechanism, Link]]:
-    """Yield each mechanism of one link on a driven hub, and the link.
-
-    The link is clamped to the hub.
-    """
+    """Yield each mechanism of one link clamped to a driven hub, and the link."""
     for body in bodies:
         if isinstance(body, Mechanism) and len(body.links) == 1:
             (link,) = body.links

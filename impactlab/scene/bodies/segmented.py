@@ -13,10 +13,7 @@ PLACE_ROUNDING = 1e-12  # of a length: a place this near to a boundary of segmen
 
 @dataclass(frozen=True)
 class Segmented:
-    """Segments from left to right, with the supports of both ends.
-
-    x is 0 at the left end.
-    """
+    """Segments from the left end, x = 0, to the right, with both supports."""
 
     segments: tuple[Segment, ...]
     left: End

@@ -125,10 +125,7 @@ def _pull(end: End, rate: float) -> float:
 
 
 def _phase(end: End, rate: float, segment: Segment) -> float:
-    """Return the phase of a standing wave at an end, counted into the body.
-
-    It is 0 if clamped, pi/2 if free.
-    """
+    """Return a standing wave's phase at an end, counted inwards: 0 if clamped, pi/2 if free."""
     return 0.0 if end.kind == "clamped" else math.atan2(segment.impedance * rate, _pull(end, rate))
 
 

@@ -63,10 +63,7 @@ class InstantContact:
         return reply
 
     def force_and_loss(self, gap: float, rate: float) -> tuple[float, float]:
-        """Return the force [N] and the power lost [W].
-
-        Both are zero where the contact is open (see `released`).
-        """
+        """Return force [N] and power lost [W]; zero in an open contact (see `released`)."""
         if not self.closed:
             return 0.0, 0.0
         elastic, force = self.evaluate(gap, 0.0).trial, self.evaluate(gap, rate).trial

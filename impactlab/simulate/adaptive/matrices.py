@@ -1,7 +1,4 @@
-"""Bodies with constant matrices as one banded system.
-
-It is M u'' + C u' + K u = load + forces.
-"""
+"""Bodies with constant matrices as one banded system, M u'' + C u' + K u = load + forces."""
 
 from __future__ import annotations
 

@@ -130,10 +130,7 @@ class System:
         return self.equations.motion(state[: self.n], state[self.n : 2 * self.n])
 
     def gaps_of(self, state: Array) -> tuple[Array, Array]:
-        """Return gaps [m] and gap rates [m/s] of all contacts.
-
-        States are (n_state,) or (n_state, n_times).
-        """
+        """Return gaps [m] and gap rates [m/s] at states (n_state,) or (n_state, n_times)."""
         displacement, velocity = self.motion(state)
         gaps, rates = self._rows @ displacement, self._rows @ velocity
         return (gaps.T + self.gaps).T, rates

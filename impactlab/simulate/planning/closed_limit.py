@@ -1,7 +1,4 @@
-"""Stability limit of explicit steps with a closed contact under Nitsche's method.
-
-Its law works along two rows.
-"""
+"""Stability limit of explicit steps with a closed contact under Nitsche's method, along two rows."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Facts of the contacts of a plan that its runs' checks read.
-
-They follow from scene, method and step alone.
-"""
+"""Facts of the contacts of a plan, by scene, method and step, that its runs' checks read."""
 
 from __future__ import annotations
 

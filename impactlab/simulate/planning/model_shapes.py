@@ -1,7 +1,4 @@
-"""Checks of the array shapes that a model gives.
-
-Compiled code reads these arrays without checking their bounds.
-"""
+"""Checks of a model's array shapes, as compiled code reads arrays without checking their bounds."""
 
 from __future__ import annotations
 

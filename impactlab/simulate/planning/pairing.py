@@ -1,7 +1,4 @@
-"""Checks of pairs of parts, and the energy gain they declare.
-
-Parts are integrator, laws, bodies and events.
-"""
+"""Checks of pairs of integrator, laws, bodies and events, and the energy gain they declare."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Preparation of a run: bodies in coordinates, steppers, and constants of laws.
-
-The readings of each law are prepared, too.
-"""
+"""Preparation of a run: bodies in coordinates, steppers, constants and readings of laws."""
 
 from __future__ import annotations
 

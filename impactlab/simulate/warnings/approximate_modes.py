@@ -126,10 +126,7 @@ def _impulses(history: AbstractRecordedHistory, body: ElasticBody) -> Iterator[t
 
 
 def _grouped(times: Array, impulses: Array) -> tuple[Array, Array]:
-    """Return the nonzero impulses and their times.
-
-    Neighbours are added up where they are too many.
-    """
+    """Return the nonzero impulses and times; neighbours added up where too many."""
     given = np.flatnonzero(impulses)
     times, impulses = times[given], impulses[given]
     if times.size <= MAX_INSTANTS:

@@ -1,7 +1,4 @@
-"""Warnings of a finished run on beams.
-
-They are of a theory beyond its range, a force without a bound, and sub-impacts not resolved.
-"""
+"""Warnings of a run on beams: theory beyond its range, unbounded force, unresolved sub-impacts."""
 
 from __future__ import annotations
 
@@ -51,17 +48,14 @@ def _shortest(history: AbstractRecordedHistory, name: str) -> tuple[str, float]:
 
 
 def _singular(contact: Contact, beams: Sequence[Body], spans: Sequence[ContactSpan]) -> Iterator[Warned]:
-    """Yield a warning of a hard contact on an Euler-Bernoulli beam.
-
-    Its force starts without bound, as t^-1/2.
-    """
+    """Yield a warning of hard contact on an Euler-Bernoulli beam: force as t^-1/2 at first."""
     if not any(beam.unbounded_first_force for beam in beams):
         return
     peak = max((span.peak_force or 0.0 for span in spans), default=0.0)
-    said = f"the largest force here, {peak:.4g} N," if peak > 0.0 else "its size here"
+    size = f"the largest force here, {peak:.4g} N," if peak > 0.0 else "its size here"
     text = (
         f"{contact.name}: a hard contact on an Euler-Bernoulli beam has no finite first force (it goes as t^-1/2); "
-        f"{said} and the number of contacts depend on the modes or elements kept and on the step; give the contact a "
+        f"{size} and the number of contacts depend on the modes or elements kept and on the step; give the contact a "
         "stiffness, or theory: timoshenko"
     )
     yield Warned("singular_force", text)

@@ -52,10 +52,7 @@ def reflected(body: WaveBody, duration: float) -> float:
 
 
 def short_loads(scene: Scene, dt: float) -> Iterator[Warned]:
-    """Yield a warning for each end force with a pulse within a step.
-
-    The step is ``dt`` [s].
-    """
+    """Yield a warning for each end force with a pulse within a step of ``dt`` [s]."""
     for name, body in scene.elastic.items():
         for x, load in body.loads:
             shortest = shortest_pulse(load.sampled(scene.duration), scene.duration)

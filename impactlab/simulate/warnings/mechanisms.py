@@ -51,10 +51,7 @@ def _sensitive(history: AbstractHistory) -> Iterator[Warned]:
 
 
 def _turned_far(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Yield a warning for each mechanism with large turns per step.
-
-    It may pass a face unseen.
-    """
+    """Yield a warning for each mechanism that may turn past a face within a step."""
     for name, body in history.scene.bodies.items():
         if not body.changes:
             continue

@@ -113,10 +113,7 @@ def _more(found: Mapping[str, object], body: str) -> str:
 
 
 def of_unit_force(body: ElasticBody, x: float, quantity: Quantity) -> float:
-    """Return the size of an internal force under a static unit force.
-
-    It is 0 for other quantities.
-    """
+    """Return the size of an internal force under a static unit force; 0 for other quantities."""
     segment = body.segment_at(x)
     scales = {"force": 1.0, "shear_force": 1.0, "bending_moment": body.length, "stress": 1.0 / segment.area}
     return {**scales, "strain": 1.0 / (segment.young * segment.area)}.get(quantity, 0.0)

@@ -48,10 +48,7 @@ def warnings(
 
 
 def _source(scene: Scene, method: Method, body: WaveBody) -> str:
-    """Return as text the first dashpot whose velocity jumps.
-
-    The text is empty where the body has none.
-    """
+    """Return as text the first dashpot whose velocity jumps; empty if none does."""
     for side, (x, end) in zip(("left", "right"), body.ends, strict=True):
         jumps = body.velocity != 0.0 or _force_at_start(end) != 0.0
         if end.kind == "dashpot" and jumps and end.value < EXACT_START * body.impedance_at(x):

@@ -1,7 +1,4 @@
-"""The warning of a beam that gravity swings about its static sag.
-
-It is held, and straight at t = 0.
-"""
+"""The warning of a beam, held and straight at t = 0, that gravity swings about its static sag."""
 
 from __future__ import annotations
 

@@ -31,10 +31,7 @@ class BasisContract:
     modes: ClassVar[int] = 12
 
     def mesh(self, kind: str, right: str) -> AbstractMesh:
-        """Return the mesh of a rod or Timoshenko beam of two segments.
-
-        Its left end is free.
-        """
+        """Return the mesh of a rod or Timoshenko beam of two segments, free at the left."""
         ends = End("free"), End(right)  # type: ignore[arg-type]
         if kind == "beam":
             return BeamMesh(Beam("beam", (BAR, SOFT_BAR), *ends, theory="timoshenko"), 40, "consistent", 0.0)

@@ -20,10 +20,7 @@ PORTS = 200  # random ones of each test
 
 
 def at_most(value: float, limit: float, text: str) -> None:
-    """Check that a number is at most its limit, and no NaN.
-
-    ``text`` names it, with its unit.
-    """
+    """Check that a number, named by ``text`` with its unit, is at most its limit."""
     assert value <= limit, f"{text} is {value:.4g}, and may be at most {limit:.4g}"
 
 

@@ -187,10 +187,7 @@ class EquationsContract:
         return self.duration or (1.0 / motion.rate if motion.rate > 0.0 else 20.0 * math.pi / motion.frequency)
 
     def bound(self) -> float:
-        """Return the declared bound on the energy gain of free motion.
-
-        It is for the longer of two steps.
-        """
+        """Return the declared bound on the energy gain of free motion, for the longer of two steps."""
         motion = self.motion()
         return midpoint_gain(motion, self.whole(motion) / self.steps, impulses=False)
 

@@ -28,7 +28,7 @@ from impactlab.testing.scenes import mass_on_rod, simulation
 
 
 @cache
-def judged(law: AbstractContactLaw) -> tuple[AbstractHistory, AbstractHistory, Scene]:
+def stepped_and_exact(law: AbstractContactLaw) -> tuple[AbstractHistory, AbstractHistory, Scene]:
     """Return a run, the exact history, and the scene of the run.
 
     A mass strikes a free rod, described by few modes.
@@ -66,20 +66,20 @@ class MetricContract:
         has_description(type(self).part)
 
     def test_its_value_is_a_number_or_none(self) -> None:
-        found = self.measured(*judged(AdditionDeletion()))
+        found = self.measured(*stepped_and_exact(AdditionDeletion()))
         assert sound(found), f"its value is {found!r}, neither None nor a number from 0 on"
 
     def test_a_reference_is_at_no_distance_from_itself(self) -> None:
-        _, exact, scene = judged(AdditionDeletion())
+        _, exact, scene = stepped_and_exact(AdditionDeletion())
         found = self.measured(exact, exact, scene)
         assert found is None or abs(found) < 1e-12, f"its value is {found!r}, not 0"
 
     def test_it_gives_the_same_value_twice(self) -> None:
-        run = judged(AdditionDeletion())
+        run = stepped_and_exact(AdditionDeletion())
         assert self.measured(*run) == self.measured(*run)
 
     def test_a_law_without_a_force_does_not_stop_it(self) -> None:
-        found = self.measured(*judged(ImpulseMomentum()))
+        found = self.measured(*stepped_and_exact(ImpulseMomentum()))
         assert found is None or isinstance(found, int | float), f"its value is {found!r}, neither None nor a number"
 
     def test_a_scene_without_a_rod_does_not_stop_it(self) -> None:
@@ -94,10 +94,7 @@ class QuantityContract:
     part: ClassVar[Callable[[Scene, AbstractHistory], Any]]
 
     def found(self, scene: Scene, history: AbstractHistory) -> dict[str, float]:
-        """Return the values by label.
-
-        A quantity of the whole run has an empty label.
-        """
+        """Return the values by label, which is empty for a quantity of the whole run."""
         value = type(self).part(scene, history)
         return dict(value) if isinstance(value, Mapping) else {"": value}
 
@@ -121,7 +118,7 @@ class QuantityContract:
 
     def runs(self) -> list[tuple[Scene, AbstractHistory]]:
         """Return scenes with their runs: stepped, exact, of impulses, and without a rod."""
-        stepped, exact, scene = judged(AdditionDeletion())
-        kicked, _, its_scene = judged(ImpulseMomentum())
+        stepped, exact, scene = stepped_and_exact(AdditionDeletion())
+        kicked, _, its_scene = stepped_and_exact(ImpulseMomentum())
         balls, of_balls = rigid()
         return [(scene, stepped), (scene, exact), (its_scene, kicked), (of_balls, balls)]
