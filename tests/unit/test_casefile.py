@@ -6,6 +6,7 @@ import json
 import math
 import pickle
 import re
+from dataclasses import astuple
 from pathlib import Path
 
 import numpy as np
@@ -390,6 +391,8 @@ def test_resolved_values_of_a_beam_give_the_shear_modulus_of_its_material(sectio
     assert shown["section"]["shear_factor"] == pytest.approx(factor, rel=1e-15)
     again = Case.from_dict({"schema_version": 1, "bodies": {"beam": shown}, "solve": {"duration": 1e-3}})
     assert again.scene().bodies == case.scene().bodies  # to the bit
+    (segment,) = case.scene().bodies["beam"].segments
+    assert not any(math.isnan(value) for value in astuple(segment))  # it would differ from itself
 
 
 @pytest.mark.parametrize("law", ["penalty", "augmented_lagrangian", "khulief_shabana"])

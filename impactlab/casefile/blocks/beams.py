@@ -135,7 +135,7 @@ class BeamBlock(MovingBlock):
 
     def described_piece(self, piece: BeamSegmentBlock, segment: BeamSegment) -> dict[str, Any]:
         section, material = {"area": segment.area, "inertia": segment.inertia}, material_values(segment)
-        if math.isfinite(segment.height):
+        if segment.height > 0.0:
             section["height"] = segment.height
         if self.theory == "timoshenko":
             section["shear_factor"], material["shear_modulus"] = shear_of(piece)
@@ -196,7 +196,7 @@ def _segment(piece: BeamSegmentBlock, theory: str) -> BeamSegment:
     else:
         area, inertia = section.area or math.nan, section.inertia or math.nan
     sizes = (piece.length, area, material.young, material.density, material.viscosity)
-    bending = BeamSegment(*sizes, inertia=inertia, height=height or math.nan)
+    bending = BeamSegment(*sizes, inertia=inertia, height=height or 0.0)
     if theory == "euler_bernoulli":
         return bending
     factor, modulus = shear_of(piece)

@@ -27,7 +27,7 @@ class BeamSegment(Segment):
     inertia: float = math.nan  # m4, second moment I of the area about the neutral axis
     shear_stiffness: float = math.inf  # N, k G A; inf where shear gives no deformation
     rotary_inertia: float = 0.0  # kg m, rho I; 0 where rotation costs no kinetic energy
-    height: float = math.nan  # m, of the cross section, where it is known
+    height: float = 0.0  # m, of the cross section; 0 where it is not known
 
     @property
     def front_speed(self) -> float:
@@ -70,7 +70,7 @@ class Beam(ElasticBody):
     def quantities(self) -> Mapping[str, tuple[Quantity, float]]:
         own = plain(*QUANTITIES_OF_BEAM)
         factors = {0.5 * each.height / each.inertia for each in self.segments}
-        if len(factors) == 1 and math.isfinite(factor := factors.pop()):  # one section, of known height
+        if len(factors) == 1 and (factor := factors.pop()) > 0.0:  # one section, of known height
             own["stress"] = ("bending_moment", factor)
             moduli = {each.young for each in self.segments}
             viscous = self.damping.stiffness > 0.0 or any(each.viscosity > 0.0 for each in self.segments)
