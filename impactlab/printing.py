@@ -32,6 +32,14 @@ def at_most(limit: float, digits: int = 6) -> str:
     return f"{shown:.{digits}g}"
 
 
+def at_least(limit: float, digits: int = 6) -> str:
+    """Return the smallest number of some digits that is not below a positive limit."""
+    shown = float(f"{limit:.{digits}g}")
+    if shown < limit:
+        shown += 10.0 ** (math.floor(math.log10(shown)) - digits + 1)
+    return f"{shown:.{digits}g}"
+
+
 def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     """Return rows of texts as lines whose columns begin below each other."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

@@ -8,6 +8,7 @@ from impactlab.casefile.blocks.beams import BeamBlock
 from impactlab.casefile.points import at_end
 from impactlab.casefile.schema import BodyBlock, CaseBlock, ProbeBlock
 from impactlab.errors import CaseError
+from impactlab.printing import at_most
 from impactlab.scene.instrument import Instrument
 from impactlab.scene.problem import Probe
 
@@ -56,7 +57,7 @@ def instruments_are_whole(case: CaseBlock) -> None:
         if block.bandwidth is not None and block.rate is not None and block.bandwidth > 0.5 * block.rate:
             raise CaseError(
                 f"a bandwidth of {block.bandwidth:g} Hz at {block.rate:g} samples per second. "
-                f"Allowed: up to half the rate, {0.5 * block.rate:g} Hz",
+                f"Allowed: up to half the rate, {at_most(0.5 * block.rate)} Hz",
                 remedy="Sample faster, or filter lower.",
                 path=f"{path}.bandwidth",
             )

@@ -5,6 +5,7 @@ It identifies the wave that arrives at the contact face and balances the forces.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import final
 
@@ -15,6 +16,16 @@ from impactlab.types import SIDES, Level, Port, Reading, Reply, SideFacts, Start
 
 WAVE_ROUNDING = 1e-9  # of 1/Z, by which a face on a stepped delay line moves
 MAX_VELOCITY_PER_FORCE = 0.8 * (1.0 + 1e-9)  # of a face, over 1/Z; from 1 on the balance diverges, docs/bounds.md
+TRY = 0.95  # of the step at which that limit lies on a long mesh
+
+
+def step_to_try(ratio: float, dt: float) -> float:
+    """Return a step [s] for which the velocity per force of a face falls to its limit, from a larger one over 1/Z.
+
+    Of a long mesh with elements h under the trapezoidal rule it is 2/sqrt(1 + (a/dt)^2), a = h/c with lumped masses.
+    """
+    place, most = ((2.0 / min(each, 1.99)) ** 2 - 1.0 for each in (ratio, MAX_VELOCITY_PER_FORCE))
+    return TRY * dt * math.sqrt(place / most)
 
 
 def reads_waves(side: str, facts: SideFacts, dt: float) -> bool:
@@ -61,7 +72,7 @@ def reads_waves(side: str, facts: SideFacts, dt: float) -> bool:
             f"in this step a force moves the face of the rod on the {side} of the contact {share:.3g} "
             "times as fast as by wave theory (1/Z). Allowed: below 0.8; with a larger ratio "
             "wave_identification may diverge",
-            remedy=f"Give a smaller step; try {0.8 * dt / share:.3g} s.",
+            remedy=f"Give a smaller step; try {step_to_try(share, dt):.3g} s, with few modes a smaller one.",
             path="solve.step",
         )
     return True

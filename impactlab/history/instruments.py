@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.errors import CaseError
+from impactlab.printing import at_most
 from impactlab.scene.instrument import Instrument
 from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array
@@ -83,7 +84,7 @@ def check_rates(scene: Scene, recorded: float, only: Probe | None = None) -> Non
                 half, value = ("half of ", 0.5 * needed) if key == "bandwidth" else ("", needed)
                 raise CaseError(
                     f"{value:.6g} Hz is above {half}the {recorded:.6g} records per second that this run keeps of "
-                    f"{probe.channel}. Allowed: up to {recorded * value / needed:.6g} Hz",
+                    f"{probe.channel}. Allowed: up to {at_most(recorded * value / needed)} Hz",
                     remedy="Give a smaller step, more solve.records, or a slower instrument.",
                     path=f"probes.{number}.{key}",
                 )

@@ -84,7 +84,7 @@ def _split(values: str) -> list[str]:
 def read_points(file: Path) -> dict[str, list[Any]]:
     """Return the columns of a CSV file of points.
 
-    A column is headed by a path, with a unit in brackets or none.
+    A column is headed by a path, with a unit in brackets or none; 1 is that of a plain number.
     """
     try:
         with file.open(newline="", encoding="utf-8-sig") as stream:
@@ -99,7 +99,8 @@ def read_points(file: Path) -> dict[str, list[Any]]:
         if named is None or named[1] in columns:
             raise CaseError(f"{shown(heading)} is not a valid column heading, or appears twice", file=str(file),
                             remedy="Write a path of the case, as in: bodies.hammer.mass [kg].")  # fmt: skip
-        columns[named[1]] = [_cell(file, line, row, number, named[2] or "") for line, row in enumerate(rows, start=2)]
+        unit = "" if named[2] == "1" else named[2] or ""
+        columns[named[1]] = [_cell(file, line, row, number, unit) for line, row in enumerate(rows, start=2)]
     return columns
 
 

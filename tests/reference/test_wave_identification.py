@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import re
+
 import numpy as np
 import pytest
 
@@ -141,6 +144,19 @@ def test_a_mesh_whose_end_moves_as_fast_as_a_wave_is_not_taken_for_a_delay_line(
     )
     with pytest.raises(PairingError, match=rf"contact {2.0 * courant:.3g} times as fast as by wave theory"):
         prepare(*asked)
+
+
+@pytest.mark.parametrize("mass", ["lumped", "consistent"])
+@pytest.mark.parametrize("courant", [0.7, 1.2, 3.0])
+def test_the_step_that_is_proposed_is_accepted(courant: float, mass: str) -> None:
+    """The face of a mesh of elements h moves by F 2/(Z sqrt(1 + (h/(c dt))^2)) per step, with lumped masses."""
+    made = (FiniteElement(40, mass), WaveIdentification(), Newmark())
+    with pytest.raises(PairingError, match="times as fast as by wave theory") as refused:
+        prepare(*mass_on_rod(*made, StepRule(courant=courant)))
+    ratio = float(re.search(r"contact (\S+) times", refused.value.text)[1])  # type: ignore[index]
+    if mass == "lumped":
+        assert ratio == pytest.approx(2.0 / math.sqrt(1.0 + courant**-2), rel=5e-3)
+    prepare(*mass_on_rod(*made, StepRule(dt=float(re.search(r"try (\S+) s", refused.value.remedy)[1]))))  # type: ignore[index]
 
 
 @pytest.mark.parametrize("integrator", [Newmark(), CentralDifference()])

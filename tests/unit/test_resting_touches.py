@@ -27,6 +27,9 @@ def test_faces_that_touch_at_rest_are_refused_under_a_tolerance():
         il.run(rods(tolerance=1e-2))
     assert refused.value.path == "contacts.1.law"
     assert "slowest_approach of 0.1 m/s" in refused.value.remedy
+    with pytest.raises(il.CaseError) as refused:
+        il.run(rods(tolerance=1e-2).with_("bodies.hammer.velocity", 2.46))
+    assert "slowest_approach of 0.13 m/s" in refused.value.remedy, "a twentieth, 0.123 m/s, rounded up"
 
 
 @pytest.mark.parametrize(

@@ -85,6 +85,15 @@ def test_listed_points_and_words(case, tmp_path):
     assert found["peak_force"].values[1, 0] == expected
 
 
+def test_a_column_of_plain_numbers_is_headed_by_the_unit_1(case, tmp_path):
+    """So the draws of a fit are written."""
+    file, stiffness = tmp_path / "points.csv", "contacts.0.law.stiffness.relative"
+    file.write_text(f"{stiffness} [1]\n2.5\n")
+    soft = case.with_("contacts.0.law", kind="penalty", stiffness={"relative": 1.0})
+    found = il.sweep(soft, points=axis_texts.read_points(file), quantities=["peak_force"])
+    assert found[stiffness].values.tolist() == [2.5]
+
+
 KINDS = {"contacts.0.law.kind": ["penalty", "hertz"], "contacts.0.law.stiffness": [1e9, 1e12]}
 
 

@@ -205,3 +205,26 @@ def test_seven_collars_on_a_uniform_rod_start_in_equilibrium() -> None:
     assert np.ptp(top) < 1e-6 * sag
     forces = [float(at_rest.evaluate(1e-4, f"force:{each.name}")) for each in at_rest.scene.contacts[1:]]
     assert forces == pytest.approx([collar * G] * 7, rel=1e-5)
+
+
+@pytest.mark.parametrize("pieces", [1, 2])
+def test_a_clamped_end_takes_the_shape_that_is_proposed(pieces: int) -> None:
+    """The case refuses a shape that is not zero there: the digits of the formula must be enough for any numbers."""
+    random = np.random.default_rng(pieces)
+    for _ in range(12):
+        segments = [
+            {
+                "length": random.uniform(0.1, 3.0),
+                "area": 10.0 ** random.uniform(-5, -2),
+                "material": {"young": 10.0 ** random.uniform(9, 11), "density": random.uniform(1e3, 8e3)},
+            }
+            for _ in range(pieces)
+        ]
+        ends = {"left": {"mass": random.uniform(0.1, 9.0)}, "right": "clamped"}
+        case = il.Case(
+            bodies={"rod": il.Rod(segments=segments, ends=ends)}, gravity=G, solve={**MESH, "duration": 1e-3}
+        )
+        found = weights.StaticRest(*case.simulation())
+        shape = re.search(r"displacement of 'rod': (.*)$", found.start())[1]  # type: ignore[index]
+        start = case.with_("bodies.rod.displacement", shape).scene().elastic["rod"].waves.displacement  # type: ignore[union-attr]
+        assert start(np.zeros(1))[0] == pytest.approx(found.sags[found.nodes["rod", 0.0]], rel=1e-9)  # type: ignore[misc]

@@ -11,6 +11,7 @@ from impactlab.contact.power_law import AbstractHystereticLaw
 from impactlab.errors import CaseError
 from impactlab.exact.setup.contact_kinds import first_gap
 from impactlab.plugins import kind_of
+from impactlab.printing import at_least
 from impactlab.refine.descriptions.contact_times import meeting_speed
 from impactlab.scene.facts import changes
 from impactlab.scene.method import Simulation, laws_of
@@ -39,7 +40,7 @@ def check(request: Simulation) -> None:
                 f"{contact.name}: the faces touch at rest, and law '{kind_of(law)}' divides its damping by the speed "
                 f"at which they meet; this speed falls to its slowest_approach, {law.slowest_approach:g} m/s, as a "
                 "description is refined, so that no tolerance can be kept",
-                remedy=f"Give the contact a gap, a slowest_approach of {least:.2g} m/s or more, or a law without "
-                "restitution; or give model, integrator and step of your own.",
+                remedy=f"Give the contact a gap, a slowest_approach of {at_least(least, 2)} m/s or more, or a law "
+                "without restitution; or give model, integrator and step of your own.",
                 path=f"contacts.{number}.law",
             )

@@ -61,6 +61,7 @@ class Loop(NamedTuple):
     name: str
     closing: Array  # (n,) m, zero at the start
     force: Array  # (n,) N
+    pieces: int = 1  # contacts of the name
 
 
 def of_laws_with_memory(trace: Trace, scene: Scene) -> list[PageFigure]:
@@ -92,6 +93,11 @@ def of_laws_with_memory(trace: Trace, scene: Scene) -> list[PageFigure]:
             figures.append(PageFigure(f"specimen_{number}", f"Specimen, {contact.name}", words, draw))
     if found_loops := loops(history, scene):
         words = "The area inside a loop is the energy that the contact took. Compression is positive."
+        if several := [loop.name for loop in found_loops if loop.pieces > 1]:
+            words += (
+                f" Of {' and '.join(several)} the sum of the forces of several contacts is shown over the mean of "
+                "their closings: the area only approximates their energy, which the summary gives."
+            )
         figures.append(PageFigure("loops", "Force over closing", words, partial(force_loops, found_loops)))
     return figures
 
@@ -110,7 +116,7 @@ def loops(history: AbstractHistory, scene: Scene) -> list[Loop]:
     for name, contacts in list(grouped.items())[:MAX_LOOPS]:
         gaps = np.mean([history.evaluate(times, f"gap:{each}") for each in contacts], axis=0)
         force = np.sum([history.evaluate(times, f"force:{each}") for each in contacts], axis=0)
-        found.append(Loop(name, gaps[0] - gaps, force))
+        found.append(Loop(name, gaps[0] - gaps, force, len(contacts)))
     return found
 
 

@@ -215,9 +215,9 @@ class StaticRest:
         kinks, bends, ends = 0.5 * jumps, 0.5 * (factors[:-1] - factors[1:]), np.array(places[1:-1])
         least = ROUNDING * float(np.abs(slopes).max() + np.abs(factors * lengths).max())
         terms = [
-            f" + {kink:.11g}*abs(x - {end:.9g})"  # short: a formula of a case has at most `MAX_LENGTH` characters
+            f" + {kink:.13g}*abs(x - {end:.13g})"  # short: a formula of a case has at most `MAX_LENGTH` characters
             if bend == 0.0
-            else f" + ({kink:.11g} + {bend:.11g}*(x - {end:.9g}))*abs(x - {end:.9g})"
+            else f" + ({kink:.13g} + {bend:.13g}*(x - {end:.13g}))*abs(x - {end:.13g})"
             for kink, bend, end in zip(kinks.tolist(), bends.tolist(), ends.tolist(), strict=True)
             if abs(kink) > least or bend != 0.0
         ]
@@ -226,8 +226,8 @@ class StaticRest:
         low, high = (float(np.sum((kinks + bends * (x - ends)) * np.abs(x - ends))) for x in (0.0, rod.length))
         left, slope = sags[0] - low, (sags[-1] - high - sags[0] + low) / rod.length
         if not terms:
-            return f"{left:.9g} + {slope:.9g}*x + {curved:.9g}*x*(L - x)"
-        return f"{left:.11g} + {slope:.11g}*x + {curved:.11g}*x*(L - x){''.join(terms)}"  # of which much cancels
+            return f"{left:.12g} + {slope:.12g}*x + {curved:.9g}*x*(L - x)"
+        return f"{left:.13g} + {slope:.13g}*x + {curved:.9g}*x*(L - x){''.join(terms)}"  # of which much cancels
 
     def _solved(self, before: Mapping[Contact, float]) -> tuple[Array, dict[Contact, float]]:
         """Return the displacements of the nodes [m] and the forces of the closed contacts [N].
