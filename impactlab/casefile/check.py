@@ -83,9 +83,10 @@ def _has_a_shape(body: ElasticBlock, path: str) -> None:
                 path=f"{path}.{key}",
             )
         if not in_segments and not given:
+            first, second, third = (body.shape_words.get(each, each) for each in keys)
             raise CaseError(
                 "this key is missing",
-                remedy=f"A {body.kind} has {keys[0]}, {keys[1]} and {keys[2]}, or segments with these three each.",
+                remedy=f"A {body.kind} has {first}, {second} and {third}, or segments with these three each.",
                 path=f"{path}.{key}",
             )
 
