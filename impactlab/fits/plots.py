@@ -29,7 +29,7 @@ from impactlab.report.figures.style import (
     log_axis,
     panel_grid,
 )
-from impactlab.sweeps.plots import fitted as prefixed
+from impactlab.sweeps.plot_axes import fitted as prefixed
 from impactlab.types import Array
 
 if TYPE_CHECKING:
