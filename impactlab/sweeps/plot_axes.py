@@ -77,9 +77,9 @@ def scale_of(values: Any) -> Unit:
 def fitted(unit: str, largest: float) -> Unit:
     """Return a unit with the prefix that suits a value.
 
-    Kilograms and powers take no prefix.
+    Kilograms, powers and s/m take no prefix.
     """
-    takes_prefix = unit and not unit.startswith("kg") and not any(letter in unit for letter in "234²³⁴^*")
+    takes_prefix = unit and not unit.startswith(("kg", "s/")) and not any(letter in unit for letter in "234²³⁴^*")
     return scaled(unit, largest) if takes_prefix else Unit(1.0, unit)
 
 
