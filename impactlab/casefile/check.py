@@ -219,8 +219,9 @@ def _lies_on_a_body(case: CaseBlock, probe: ProbeBlock, path: str, links: Contai
     body = find_body(case, probe.body, f"{path}.body")
     if probe.body in links:
         raise CaseError(
-            f"{probe.body!r} is a link, and a place of it moves in two directions",
-            remedy="Remove it: angle and rate of links, and places of contacts, are recorded in every run.",
+            f"{probe.body!r} is a link of a mechanism, of which no {probe.quantity} is recorded",
+            remedy=f"Remove it. Each run records angle:{probe.body}, rate:{probe.body} and the places of its contacts; "
+            "moments of an arm that turns steadily about a hub are probes of a beam with `rotation`.",
             path=f"{path}.body",
         )
     if isinstance(body, ElasticBlock):
