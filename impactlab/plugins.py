@@ -204,8 +204,9 @@ def fault_of(part: Any, group: Group) -> str:
         if not issubclass(part, base):
             return f"it does not derive from {group.base.replace(':', '.')}"
     if inspect.isabstract(part):
-        missing = ", ".join(sorted(vars(part)["__abstractmethods__"]))
-        return f"it does not define {missing}"
+        missing = sorted(vars(part)["__abstractmethods__"])
+        words = [f"{name} ({(inspect.getdoc(getattr(part, name)) or '').partition('.')[0]})" for name in missing]
+        return f"it does not define {', '.join(words)}"
     if group is LAWS and not isinstance(getattr(part, "needs", None), frozenset):
         return "its class has no frozenset `needs`: write needs = frozenset({Level.POSITION}), for example"
     if unset := _unset(part):

@@ -59,7 +59,8 @@ class Bench(NamedTuple):
         for cell in self.cells:
             error = self.records[cell.key]["summary"].get("error") or {}
             if error.get("text"):
-                return ": ".join(filter(None, (str(self.places.get(row_of(cell), "")), error["path"], error["text"])))
+                words = (str(self.places.get(row_of(cell), "")), f"method {cell.method}", error["path"], error["text"])
+                return ": ".join(filter(None, words))
         return ""
 
     @property

@@ -83,9 +83,10 @@ def _has_a_shape(body: ElasticBlock, path: str) -> None:
                 path=f"{path}.{key}",
             )
         if not in_segments and not given:
+            first, second, third = (body.shape_words.get(each, each) for each in keys)
             raise CaseError(
                 "this key is missing",
-                remedy=f"A {body.kind} has {keys[0]}, {keys[1]} and {keys[2]}, or segments with these three each.",
+                remedy=f"A {body.kind} has {first}, {second} and {third}, or segments with these three each.",
                 path=f"{path}.{key}",
             )
 
@@ -218,8 +219,9 @@ def _lies_on_a_body(case: CaseBlock, probe: ProbeBlock, path: str, links: Contai
     body = find_body(case, probe.body, f"{path}.body")
     if probe.body in links:
         raise CaseError(
-            f"{probe.body!r} is a link, and a place of it moves in two directions",
-            remedy="Remove it: angle and rate of links, and places of contacts, are recorded in every run.",
+            f"{probe.body!r} is a link of a mechanism, of which no {probe.quantity} is recorded",
+            remedy=f"Remove it. Each run records angle:{probe.body}, rate:{probe.body} and the places of its contacts; "
+            "moments of an arm that turns steadily about a hub are probes of a beam with `rotation`.",
             path=f"{path}.body",
         )
     if isinstance(body, ElasticBlock):

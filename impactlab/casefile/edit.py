@@ -32,7 +32,8 @@ def edited(
     """Return the document with one value changed.
 
     Blocks are merged, unless ``replace`` is set, their kind changes, they are whole ones such as `Rod` and `Contact`,
-    or they hold one of several alternatives (the step, the duration, an end); then the new block stands alone.
+    or they hold one of several alternatives (the step, the duration, an end, the force on it); then the new block is
+    taken alone.
 
     Parameters
     ----------
@@ -257,7 +258,7 @@ def _constants(data: Mapping[str, Any], keys: Keys, name: Any) -> dict[str, Any]
 def _merges(block: Any, value: Any, keys: Keys) -> bool:
     if not isinstance(block, dict) or not isinstance(value, dict):
         return False
-    if keys in (("solve", "step"), ("solve", "duration")) or keys[-2:-1] == ("ends",):
+    if keys in (("solve", "step"), ("solve", "duration")) or "ends" in (keys[-2:-1] + keys[-3:-2]):
         return False
     return "kind" not in value or value["kind"] == block.get("kind")
 

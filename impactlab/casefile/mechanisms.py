@@ -16,6 +16,7 @@ from impactlab.errors import CaseError, closest
 from impactlab.scene.bodies import Drive, Link, Mark, Mechanism
 
 SAME_GRAVITY = 1e-12  # of gravity: components nearer than this agree
+HALF_TURN_TOL = 1e-9  # rad: 180 deg in radians is no more than half a turn
 
 
 class LinkOf(NamedTuple):
@@ -77,7 +78,7 @@ def directions(case: CaseBlock) -> dict[str, tuple[float, float]]:
 def odd_mechanisms(case: CaseBlock) -> Iterator[str]:
     """Yield sentences on values of mechanisms that may be mistakes.
 
-    They are gravity along x that may be meant downwards, and each angle of more than a turn.
+    They are gravity along x that may be meant downwards, and each angle of more than half a turn.
     """
     g = case.gravity
     if case.mechanisms and not isinstance(g, tuple) and g != 0.0:
@@ -87,9 +88,9 @@ def odd_mechanisms(case: CaseBlock) -> Iterator[str]:
         )
     for name, block in case.mechanisms.items():
         for number, link in enumerate(getattr(block, "links", ())):
-            if abs(link.angle or 0.0) > 2.0 * math.pi:
+            if abs(link.angle or 0.0) > math.pi + HALF_TURN_TOL:
                 yield (
-                    f"mechanisms.{name}.links.{number}.angle: {link.angle:g} rad is more than a turn; is a unit "
+                    f"mechanisms.{name}.links.{number}.angle: {link.angle:g} rad is more than half a turn; is a unit "
                     f"missing, as in '{link.angle:g} deg'?"
                 )
 

@@ -15,7 +15,7 @@ from impactlab.cli.reporting import reporting
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the case.", show_default=False)],
     like: Annotated[
-        str, typer.Option("--like", metavar="KIND", help="hammer, hopkinson, pile, drill, ball, beam or chain.")
+        str, typer.Option("--like", metavar="KIND", help="hammer, hopkinson, pile, drill, ball, beam, chain or arm.")
     ] = "hammer",
 ) -> None:
     """Write NAME.yaml here: a commented case to start from."""

@@ -29,7 +29,7 @@ from impactlab.report.figures.style import (
     log_axis,
     panel_grid,
 )
-from impactlab.sweeps.plots import fitted as prefixed
+from impactlab.sweeps.plot_axes import fitted as prefixed
 from impactlab.types import Array
 
 if TYPE_CHECKING:
@@ -74,9 +74,15 @@ def determined(fit: Fit) -> list[int]:
 
 
 def name_of(fit: Fit, path: str) -> str:
-    """Return the last words of a path that distinguish it from other parameters."""
-    paths = [each.path for each in fit.parameters]
-    return short_names(paths)[paths.index(path)]
+    """Return the last words of a path that distinguish it from other parameters.
+
+    A contact with a name goes by it: ``shaft.capacity``.
+    """
+    paths = said = [each.path for each in fit.parameters]
+    for number, block in enumerate(fit.case.checked.contacts):
+        if block.name:
+            said = [each.replace(f"contacts.{number}.law.", f"{block.name}.") for each in said]
+    return short_names(said)[paths.index(path)]
 
 
 def unit_of(unit: str, value: float) -> Unit:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 import json
 import math
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from impactlab import __version__
 from impactlab.casefile import Case
 from impactlab.errors import ImpactlabError
 from impactlab.fits import draws
@@ -70,6 +72,14 @@ class Shown(NamedTuple):
     times: Array  # (n,)
     measured: Array  # (n,)
     fitted: Array  # (n,)
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """Channel, number and times of the samples, and a SHA-256 of times and values as little-endian doubles."""
+        bits = np.concatenate((self.times, self.measured)).astype("<f8").tobytes()
+        start, end = float(self.times[0]), float(self.times[-1])
+        found = {"channel": self.channel, "samples": len(self.times), "start": start, "end": end}
+        return {**found, "sha256": hashlib.sha256(bits).hexdigest()}
 
 
 class Resamples(NamedTuple):
@@ -154,7 +164,9 @@ class Fit:
         """Return plain values: None in place of NaN and infinity."""
         made = {
             "schema_version": 1,
+            "impactlab_version": __version__,
             "case": self.case.label,
+            "signals": [each.identity for each in self.signals],
             "parameters": self.parameters,
             "assumed": self.assumed,
             "noise": self.noise,

@@ -342,7 +342,7 @@ def warn_if_apart(dt: float, bar: Bar, incident: Array, forces: tuple[Array, Arr
         return
     first = int(np.argmax(np.abs(incident) >= ARRIVAL_SHARE * size))
     window = WINDOW * bar.diameter / bar.wave_speed
-    begin, end = max(0, first - round(0.5 * window / dt)), first + round(window / dt)
+    begin, end = max(0, first - round(0.5 * window / dt)), first + max(1, round(window / dt))
     front, back = (each[begin:end] for each in forces)
     late = dt * float(np.abs(np.cumsum(front - back)).max()) / (size * bar.young * bar.area)  # s, of the incident force
     impedance = bar.young * bar.area / bar.wave_speed

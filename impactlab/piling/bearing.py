@@ -15,7 +15,7 @@ from impactlab.casefile.case import simulation_of
 from impactlab.errors import CaseError
 from impactlab.measurement.inputs import in_si, listed
 from impactlab.piling.blow import set_in
-from impactlab.piling.pile import Pile, pile_of, soil_laws
+from impactlab.piling.pile import Pile, soil_laws, struck_pile_of
 from impactlab.piling.soil_at_rest import warn_if_moving
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
@@ -79,7 +79,8 @@ def bearing_graph(case: Case | Simulation, capacities: Iterable[float | str]) ->
         As `blow`, for each capacity.
     """
     run = simulation_of(case, "bearing_graph")
-    pile, wanted = pile_of(run), np.array([in_si("a capacity", each, "N") for each in listed(capacities)])
+    pile = struck_pile_of(run, "a bearing graph")
+    wanted = np.array([in_si("a capacity", each, "N") for each in listed(capacities)])
     if pile.toe is None:
         raise CaseError(
             f"the pile {pile.named} has no soil under its toe, so no set that a blow count could follow from",

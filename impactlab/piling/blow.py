@@ -98,13 +98,14 @@ def blow(case: Case | Simulation) -> Blow:
     """Return the effect of one blow on a pile: set, stresses, energy, head signals.
 
     The pile is the rod that links with the law `smith` hold, or several such rods joined end to end; its head is the
-    end that a ram or a helmet meets, its toe the link at the other end. Stresses are those of fields along the pile,
-    200 in the time of a wave through it.
+    end that a ram or a helmet meets, or that a force over time drives, its toe the link at the other end. Stresses are
+    those of fields along the pile, 200 in the time of a wave through it.
 
     Parameters
     ----------
     case : Case or Simulation
-        One blow, long enough for the pile to come to rest.
+        One blow, long enough for the pile to come to rest: with its hammer, or under the measured force, as
+        ``match(...).driven``, with a probe of the velocity of the head.
 
     Raises
     ------
@@ -148,7 +149,10 @@ def head_of(history: AbstractHistory, pile: Pile) -> Head:
     """Return force and velocity at the head of a pile over a run."""
     steps = POINTS if history.dt is None else round(history.duration / history.dt)
     time = np.linspace(0.0, history.duration, steps + 1)
-    force = history.evaluate(time, f"force:{pile.head.name}")
+    if pile.head is not None:
+        force = history.evaluate(time, f"force:{pile.head.name}")
+    else:
+        force = pile.direction * next(load.at(time) for x, load in pile.body.loads if x == pile.head_x)
     velocity = pile.direction * history.evaluate(time, f"velocity:{pile.body.name}@{pile.head_x:.6g}")
     return Head(time, force, velocity, pile.impedance)
 

@@ -12,13 +12,14 @@ from scipy.integrate import cumulative_trapezoid
 from impactlab.errors import ImpactlabError
 from impactlab.measurement.inputs import above_zero, finite, row_of_numbers
 from impactlab.piling.signs import check_pressed, check_work, warn_of_offsets, warn_of_proportion, warn_of_times
+from impactlab.prefixes import prefixed
 from impactlab.types import Array
 
 PEAK_SHARE = 0.5  # of the largest value: the first peak of the wave down is at least as high
 PEAK_FALL = 0.1  # of the largest value: the wave falls by more after a peak, by less under noise of 2 %
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class CaseMethod:
     """Resistances by the Case method, waves at the head, and energy that passed it."""
 
@@ -31,6 +32,14 @@ class CaseMethod:
     proportionality: float  # F/(Z v) at the first peak: 1 where no wave has come back yet
     down: Array = field(repr=False)  # N, (n,) wave that runs towards the toe
     up: Array = field(repr=False)  # N, (n,) wave that comes back
+
+    def __repr__(self) -> str:
+        found = {"RTL": self.total, "RSP": self.static, "RMX": self.largest_static}
+        forces = ", ".join(f"{name} {prefixed(value, 'N')}" for name, value in found.items())
+        return (
+            f"<CaseMethod: {forces}, first peak at {prefixed(self.peak_time, 's')} with a proportionality of "
+            f"{self.proportionality:.3g}, transferred {prefixed(self.transferred_energy, 'J')}>"
+        )
 
 
 def case_method(

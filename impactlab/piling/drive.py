@@ -14,7 +14,7 @@ from impactlab.casefile import Case
 from impactlab.casefile.case import simulation_of
 from impactlab.errors import expect_whole
 from impactlab.piling.blow import sets_of
-from impactlab.piling.pile import Pile, pile_of, soil_laws
+from impactlab.piling.pile import Pile, soil_laws, struck_pile_of
 from impactlab.piling.soil_at_rest import warn_if_moving
 from impactlab.piling.static_rest import Rest, check_at_rest, rest_of
 from impactlab.prefixes import prefixed
@@ -124,7 +124,7 @@ def drive(case: Case | Simulation, blows: int) -> Driving:
     """
     expect_whole(blows, "blows", 1, MAX_BLOWS)
     run = simulation_of(case, "drive")
-    pile = pile_of(run)
+    pile = struck_pile_of(run, "driving by several blows")
     check_at_rest(run, pile)
     return Driving(tuple(_driven(run, pile, blows)))
 

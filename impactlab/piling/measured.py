@@ -15,8 +15,8 @@ from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError
 from impactlab.history.base import AbstractHistory
 from impactlab.measurement.inputs import row_of_numbers
-from impactlab.piling.blow import POINTS, Head
-from impactlab.piling.blow import head_of as signals_under_hammer
+from impactlab.piling.blow import Head
+from impactlab.piling.blow import head_of as signals_at_head
 from impactlab.piling.pile import Pile, pile_of, soil_of
 from impactlab.scene.bodies import WaveBody
 from impactlab.scene.method import Simulation
@@ -92,7 +92,7 @@ def driven_by(case: Case, time: Array, force: Array) -> CaseUnderForce:
     """
     run = case.simulation()
     body, from_left, head = head_of(run)
-    round_trip = body.round_trip if head is None else pile_of(run).round_trip
+    round_trip = pile_of(run).round_trip if head is not None or body.loads else body.round_trip
     numbers = list(_blocks(case))
     gone = {number for number, contacts in enumerate(numbers) if head in contacts}
     kept = {body.name}
@@ -124,8 +124,8 @@ def driven_by(case: Case, time: Array, force: Array) -> CaseUnderForce:
 def head_of(run: Simulation) -> tuple[WaveBody, bool, Contact | None]:
     """Return the rod with the pile's head, whether the head is left, and the hammer's contact.
 
-    The contact is None without a hammer. Without hammer the pile is one rod, and its head the loaded end, else the end
-    away from the soil at the toe.
+    The contact is None without a hammer. Without hammer the head is the end under a force over time; else the pile is
+    one rod, and its head the end under a constant force or away from the soil at the toe.
     """
     try:
         pile: Pile = pile_of(run)
@@ -156,18 +156,7 @@ def head_signals(history: AbstractHistory) -> Head:
     ImpactlabError
         If no pile or no head can be identified, or the velocity of a loaded head was not recorded.
     """
-    run = Simulation(history.scene, history.method)
-    body, from_left, struck = head_of(run)
-    if struck is not None:
-        return signals_under_hammer(history, pile_of(run))
-    x, direction = (0.0, 1.0) if from_left else (body.length, -1.0)
-    loads = [load for place, load in body.loads if place == x]
-    if not loads:
-        raise CaseError(f"nothing drives the head of the pile {body.name!r}", remedy="Give its end a force over time.")
-    steps = POINTS if history.dt is None else round(history.duration / history.dt)
-    time = np.linspace(0.0, history.duration, steps + 1)
-    velocity = direction * history.evaluate(time, f"velocity:{body.name}@{x:.6g}")
-    return Head(time, direction * loads[0].at(time), velocity, body.segment_at(x).impedance)
+    return signals_at_head(history, pile_of(Simulation(history.scene, history.method)))
 
 
 def _blocks(case: Case) -> Iterator[tuple[Contact, ...]]:

@@ -1,4 +1,4 @@
-"""The pile of a scene: head under the hammer, toe, and soil."""
+"""The pile of a scene: head under a hammer or a force over time, toe, and soil."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ class Pile(NamedTuple):
     """A pile of one rod or of several sections, the contact on its head and the soil links on it."""
 
     body: WaveBody  # the rod with the head
-    head: Contact
+    head: Contact | None  # None where a force over time drives its end
     soil: tuple[Contact, ...]  # in the order of the scene, the toe among them
     toe: Contact | None  # the soil link at the end away from the hammer
-    from_left: bool  # whether the hammer strikes its left end
+    from_left: bool  # whether its left end is the head
     below: tuple[WaveBody, ...] = ()  # further sections, from the head downwards
 
     @property
@@ -60,39 +60,59 @@ class Pile(NamedTuple):
 def pile_of(run: Simulation) -> Pile:
     """Return the pile of a scene: the rods that links with `smith` hold, joined end to end.
 
-    Without such links it is the only rod.
+    Without such links it is the only rod. Where no hammer strikes it, its head is the end under a force over time.
 
     Raises
     ------
     CaseError
-        If no rod, or several that are not joined end to end, can be the pile, or no body strikes one of its ends.
+        If no rod, or several that are not joined end to end, can be the pile, or neither a body strikes nor a force
+        over time drives one of its ends.
     """
     rods, soil = _held(run)
     if not rods:
         raise _no_single_pile(rods)
-    struck = [
+    struck: list[tuple[Contact | None, WaveBody, float]] = [
         (contact, body, x)
         for contact in run.scene.contacts
         for body in rods.values()
         if (x := _struck_at(run, contact, body, rods)) is not None
     ]
-    if len(struck) != 1:
+    heads = struck or [(None, body, x) for body in rods.values() for x, _ in body.loads]
+    if len(heads) != 1:
         name, *others = rods
+        found = f"{len(struck)} contacts" if struck or not heads else f"{len(heads)} ends under a force over time"
+        end = "a free end of its first section" if others else f"{name}.left or {name}.right"
         raise CaseError(
-            f"{len(struck)} contacts could be the one on the head of the pile "
-            f"{' and '.join(map(repr, rods))}; there must be one",
-            remedy=f"Let one body, a ram or a helmet, meet {name}.left or {name}.right."
-            if not others
-            else "Let one body, a ram or a helmet, meet a free end of its first section.",
+            f"{found} could be the one on the head of the pile {' and '.join(map(repr, rods))}; there must be one",
+            remedy=f"Let one body, a ram or a helmet, meet {end}, or give that end the measured force over time.",
             path="contacts",
         )
-    (head, body, x), *_ = struck
+    ((head, body, x),) = heads
     sections = _joined(run, rods, body, x)
     if len(sections) != len(rods):
         raise _no_single_pile(rods)
     last, at = sections[-1]
     ends = [contact for contact in soil if _x_on(contact, last) == at]
     return Pile(body, head, soil, ends[0] if ends else None, x == 0.0, tuple(each for each, _ in sections[1:]))
+
+
+def struck_pile_of(run: Simulation, what: str) -> Pile:
+    """Return the pile of a scene under a hammer; ``what`` needs one.
+
+    Raises
+    ------
+    CaseError
+        As `pile_of`, and if a force over time drives the pile.
+    """
+    pile = pile_of(run)
+    if pile.head is None:
+        raise CaseError(
+            f"{what} needs a hammer, and a force over time drives the pile {pile.named}: in other soil, or at the next "
+            "blow, the force of the same hammer is another one",
+            remedy="Take a case with the ram and the cushions, and give its soil the fitted values.",
+            path="contacts",
+        )
+    return pile
 
 
 def soil_of(run: Simulation) -> tuple[WaveBody, tuple[Contact, ...]]:

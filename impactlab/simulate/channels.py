@@ -342,7 +342,10 @@ class AbstractRecordedHistory(AbstractHistory):
 
     def _check_body(self, body: str) -> None:
         if str(body) not in self.built:
-            raise ImpactlabError(f"no body '{body}'; bodies: {', '.join(self.built)}", remedy="Name one of these.")
+            parts = {name for each in self.built.values() for name in each.body.modelled_parts}
+            is_link = str(body) in parts
+            what = f"'{body}' is a link of a mechanism, which has no fields" if is_link else f"no body '{body}'"
+            raise ImpactlabError(f"{what}; bodies: {', '.join(self.built)}", remedy="Name one of these.")
 
     def _rows_at(self, body: str, read: Quantity, x: ArrayLike | None) -> FieldRows:
         """Return places and the rows of a quantity there.

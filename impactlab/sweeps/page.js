@@ -19,7 +19,7 @@ async function unpack(text) { // as impactlab/sweeps/page.py packs it
 const PREFIXES = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]];
 function said(value, unit) {
   if (!Number.isFinite(value)) return "–";
-  const plain = !unit || unit.startsWith("kg") || /[234²³⁴^*]/.test(unit);
+  const plain = !unit || unit.startsWith("kg") || unit.startsWith("s/") || /[234²³⁴^*]/.test(unit);
   const [size, prefix] = (!plain && PREFIXES.find(([size]) => Math.abs(value) >= 0.9999 * size)) || [1, ""];
   return `${String(Number((value / size).toPrecision(6))).replace("-", "\u2212")}${unit ? `\u00a0${prefix}${unit}` : ""}`;
 }

@@ -20,7 +20,8 @@ from impactlab.report.provenance import Provenance
 from impactlab.scene.problem import Scene
 from impactlab.sweeps.axes import METHOD
 from impactlab.sweeps.chunks import STATUSES
-from impactlab.sweeps.plots import ENDED, PANEL, fitted, in_order, places, plot_sweep
+from impactlab.sweeps.plot_axes import fitted, in_order, places
+from impactlab.sweeps.plots import ENDED, PANEL, axes_of, plot_sweep
 from impactlab.sweeps.result import ABOUT, clauses, counts, labels_in, unit_of
 from impactlab.sweeps.sampled import is_sampled
 from impactlab.types import Array
@@ -32,6 +33,9 @@ if TYPE_CHECKING:
 MAX_VALUES = 600_000  # of all points that a page holds; of more points it holds some
 CAPTION_LINE = "Dashed lines stand between different sequences of contacts; points without values are hatched."
 CAPTION_MAP = "Lines are edges between different sequences of contacts; points without values are hatched."
+
+CAPTION_POINTS = "Each point of the sweep over each of its numbers."
+CAPTION_SEVERAL = "Each point of the sweep over each axis; lines are means over all other axes."
 
 
 def write_page(
@@ -55,7 +59,7 @@ def write_page(
         Names of the contacts that are joined from the start.
     """
     dims = [str(dim) for dim in found["status"].dims]
-    is_drawn = dims != ["point"] and len(dims) <= 2
+    is_chosen = dims != ["point"] and len(dims) <= 2  # by a click in a figure, too
     names = [name for name in map(str, found.data_vars) if name not in ABOUT and not is_sampled(name)]
     figures, panels = [], {}
 
@@ -64,15 +68,16 @@ def write_page(
         panels[name] = _panels(figure)
         return figure
 
-    for name in [name for name in names if found[name].size] if is_drawn else ():
+    captions = {1: CAPTION_LINE, 2: CAPTION_MAP} if is_chosen else {}
+    for name in [name for name in names if found[name].size]:
         title, more = clauses(found[name])
         caption = f"{more.capitalize()}. " if more else ""
-        caption += CAPTION_LINE if len(dims) == 1 else CAPTION_MAP
+        caption += captions.get(len(dims), CAPTION_POINTS if dims == ["point"] else CAPTION_SEVERAL)
         figures.append(PageFigure(name, title, caption, partial(draw, name)))
     drawn, rules = write_figures(folder, figures)
     (folder / "case.yaml").write_text(origin.case_yaml.rstrip() + "\n", encoding="utf-8")
     (folder / "citations.bib").write_text(origin.citations.rstrip() + "\n", encoding="utf-8")
-    every, data = _data(found, names, again, is_drawn=is_drawn)
+    every, data = _data(found, names, again, is_chosen=is_chosen)
     write_study(
         folder / "index.html",
         "impactlab.sweeps",
@@ -84,6 +89,7 @@ def write_page(
         figures=[{**each, "panels": panels[each["name"]]} for each in drawn],
         rules=rules,
         every=every,
+        is_chosen=is_chosen,
         lacking=[name for name in map(str, found.data_vars) if is_sampled(name)],
         files=[
             ("table.csv", "a row for each point"),
@@ -99,7 +105,7 @@ def write_page(
 def _facts(found: xarray.Dataset) -> list[tuple[str, str]]:
     """Return axes and statuses of a sweep as names and words."""
     words = []
-    for axis in _axes(found):
+    for axis in axes_of(found):
         values, unit = found[axis].values, unit_of(found[axis])
         if values.dtype.kind in "iuf" and values.size > 3:
             text = f"{values.size:,} values, {_shown(values.min(), unit)} to {_shown(values.max(), unit)}"
@@ -107,11 +113,6 @@ def _facts(found: xarray.Dataset) -> list[tuple[str, str]]:
             text = ", ".join(_shown(value, unit) for value in values[:8]) + (", ..." if values.size > 8 else "")
         words.append((axis, text))
     return [*words, ("points", ", ".join(f"{count:,} {status}" for status, count in counts(found).items()))]
-
-
-def _axes(found: xarray.Dataset) -> list[str]:
-    """Return the paths of the axes, which are columns where points are listed."""
-    return [str(name) for name in found.coords if "path" in found[name].attrs]
 
 
 def _shown(value: Any, unit: str) -> str:
@@ -127,7 +128,7 @@ def _panels(figure: Figure) -> list[dict[str, Any]]:
     return [{"left": x, "top": 1.0 - y - height, "width": width, "height": height} for x, y, width, height in boxes]
 
 
-def _data(found: xarray.Dataset, names: list[str], again: str, *, is_drawn: bool) -> tuple[int, str]:
+def _data(found: xarray.Dataset, names: list[str], again: str, *, is_chosen: bool) -> tuple[int, str]:
     """Return the stride of the page's points and the script's data as JSON.
 
     The stride is the same along each axis.
@@ -146,9 +147,9 @@ def _data(found: xarray.Dataset, names: list[str], again: str, *, is_drawn: bool
             tables.append(values[:, number])
             described.append({"name": name, "label": label, "unit": unit_of(part[name])})
     axes = []
-    for axis in _axes(found):
+    for axis in axes_of(found):
         values = part[axis].values.tolist()
-        along = _shares(found, axis)[::every] if is_drawn else None
+        along = _shares(found, axis)[::every] if is_chosen else None
         sets = [setting(axis, value) for value in values]
         shown = [_shown(value, unit_of(part[axis])) for value in values]
         axes.append({"path": axis, "shown": shown, "sets": sets, "along": along})
@@ -168,7 +169,7 @@ def _data(found: xarray.Dataset, names: list[str], again: str, *, is_drawn: bool
 
 def _shares(found: xarray.Dataset, axis: str) -> list[float]:
     """Return the places of an axis's values, as shares of a panel's width or height."""
-    place, values = places(in_order(found), axis), found[axis].values
+    place, values = places(in_order(found)[axis]), found[axis].values
     x, edges = (np.log(place.x), np.log(place.edges)) if place.is_logarithmic else (place.x, place.edges)
     if not place.words:
         x = x[np.unique(values, return_inverse=True)[1]]

@@ -10,7 +10,7 @@ import numpy as np
 
 from impactlab.prefixes import Unit
 from impactlab.report.figures.style import INK, MUTED, PALETTE, Margins, drawn, grid, panel_grid
-from impactlab.sweeps.plots import fitted
+from impactlab.sweeps.plot_axes import fitted
 from impactlab.sweeps.result import clauses, labels_in
 from impactlab.sweeps.sampled import is_sampled
 from impactlab.types import Array

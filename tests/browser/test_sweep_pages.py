@@ -116,9 +116,11 @@ def test_a_point_without_values_says_why(pages, browser):
     assert set(values(browser)) == {"–"}
 
 
-def test_more_axes_have_sliders_without_figures(pages, browser):
+def test_more_axes_have_sliders_and_figures_without_marks(pages, browser):
     show(browser, pages["three"])
-    assert browser.find_elements(By.TAG_NAME, "figure") == []
+    assert [each.get_attribute("id") for each in browser.find_elements(By.TAG_NAME, "figure")] == ASKED[1].split(",")
+    assert browser.find_elements(By.CLASS_NAME, "mark") == []
+    browser.find_element(By.CLASS_NAME, "frame").click()
     browser.find_element(By.ID, "axis-2").send_keys(Keys.ARROW_RIGHT)
     assert f"{GAP}=0.0001" in browser.find_element(By.ID, "command").text
 

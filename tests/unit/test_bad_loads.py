@@ -173,3 +173,8 @@ def test_half_a_sine_that_ends_in_the_rounding_of_zero_stays_zero_after_its_end(
     history = il.run(case)
     impulse = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(time)))
     assert history.evaluate(np.array([1e-3]), "momentum:rod")[0] == pytest.approx(impulse, rel=1e-9)
+
+
+def test_a_table_in_place_of_the_columns_of_a_file_replaces_them() -> None:
+    case = il.load_case("measured_head").with_("bodies.pile.ends.left.force", {"t": [0.0, 0.1], "f": [0.0, "3 kN"]})
+    assert case.resolved()["bodies"]["pile"]["ends"]["left"]["force"] == {"t": [0.0, 0.1], "f": [0.0, 3000.0]}

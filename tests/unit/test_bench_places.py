@@ -56,7 +56,7 @@ def test_a_row_names_the_line_that_a_run_names(tmp_path: Path, method: str, line
     errors = {row["method"]: row["summary"].get("error") for row in bench.document["rows"]}
     assert (errors[f"own.{method}"]["file"], errors[f"own.{method}"]["line"]) == (str(file), line)
     assert errors["own.base"] is None
-    assert bench.first_reason.startswith(f"{file}:14: solve.step: a step of 1 s")
+    assert bench.first_reason.startswith(f"{file}:14: method own.long: solve.step: a step of 1 s")
 
 
 def test_a_value_of_the_grid_has_a_file_and_no_line(tmp_path: Path) -> None:

@@ -561,6 +561,18 @@ def test_a_figure_names_its_leaders_and_only_them(tmp_path: Path) -> None:
     assert not any(word.startswith("crowd") for word in words)
 
 
+LEVELS = [("few", 10, 9e-3), ("few", 20, 2e-3), ("many", 40, 5e-3), ("many", 80, 5e-4)]  # method, steps, error
+
+
+def test_a_figure_of_a_table_without_times_shows_errors_over_steps_with_the_names(tmp_path: Path) -> None:
+    untimed = dict.fromkeys(("solve_s", "setup_s", "repeats"))
+    rows = [made("a", name, i, 1.0, both, steps=steps) | untimed for i, (name, steps, both) in enumerate(LEVELS)]
+    scenes = scenes_of(tmp_path, rows)
+    upper, lower = precision(scenes[0], NORMS[0], styles_of(scenes)).axes
+    assert (upper.get_xlabel(), lower.get_xlabel()) == ("steps", "unknowns")
+    assert {"few", "many"} <= {text.get_text() for text in upper.texts}
+
+
 def test_the_command_draws_a_report_from_a_table_alone(tmp_path: Path) -> None:
     table = written(tmp_path, HAND[:1])
     out = tmp_path / "new" / "report"

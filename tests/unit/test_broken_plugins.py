@@ -58,7 +58,7 @@ BROKEN = {  # what is wrong: the module, and what the listing says of it
     "wrong_base": (GOOD.format(name="Part").replace("Part(AbstractContactLaw)", "Part"), "it does not derive from"),
     "not_frozen": (GOOD.format(name="Part").replace("(frozen=True)", ""), "it is not a frozen dataclass"),
     "class_raises": ("class Part:\n    x = 1 / 0", "ZeroDivisionError"),
-    "unfinished": (GOOD.format(name="Part").replace("def respond", "def reply"), "it does not define respond"),
+    "unfinished": (GOOD.format(name="Part").replace("def respond", "def reply"), "it does not define respond ("),
     "bad_field": (GOOD.format(name="Part").replace("stiffness: float", "stiffness: list"), "has the type"),
     "unknown_type": (GOOD.format(name="Part").replace("stiffness: float", "stiffness: 'Nowhere'"), "NameError"),
     "bad_default": (GOOD.format(name="Part").replace("1.0e6,", "-1.0,"), "the default of the field 'stiffness'"),

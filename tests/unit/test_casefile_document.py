@@ -82,6 +82,7 @@ def test_yaml_that_is_refused(text, says):
     [
         ("title: Exercise 1: steel\na: 1", 1, "Put the text in quotes: title: 'Exercise 1: steel'."),
         ("title: rods\n  solve: 1", 2, "this line is indented as a part of the value above it"),
+        ("a: {b: 1}\nsolve {duration: 1, x: 9}", 2, "a colon is missing behind 'solve'\nWrite solve: {key: value}."),
         ("a: [b, c] law: {kind: x}", 1, "a second key stands in the line of 'a'"),
         ("a:\n  x: {b: 1, c: 2\n  y: 3", 3, "a bracket, opened in line 2, is not closed: } is missing"),
         ("x: [1, 2\ny: 3", 2, "a bracket, opened in line 1, is not closed: ] is missing"),

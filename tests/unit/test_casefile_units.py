@@ -50,6 +50,7 @@ def test_numbers_with_units(text, unit, value):
     ("text", "unit", "why"),
     [
         ("5 ton", "kg", "may be a metric, short or long ton: write t for 1000 kg"),
+        ("-5 grad", "rad", "may be degrees or gon"),
         ("10 Hz", "rad/s", "may count turns or radians"),
         ("2 kHz", "rad/s", "may count turns or radians"),
         ("60 rpm", "Hz", "is an angular rate"),

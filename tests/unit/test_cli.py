@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import resource
 import subprocess
@@ -15,7 +16,7 @@ from typer.testing import CliRunner
 from impactlab import __version__, api, drilling, granular, piling
 from impactlab.casefile import load_case
 from impactlab.cli import app, quotes_for
-from impactlab.errors import CaseError, StepError
+from impactlab.errors import CaseError, ImpactlabError, StepError
 from impactlab.report import output
 
 ROOT = Path(__file__).parents[2]
@@ -240,6 +241,21 @@ def test_a_chain_to_start_from_carries_a_solitary_wave(tmp_path, monkeypatch):
     wave = granular.leading_wave(api.run(case))
     expected = granular.wave_speed(7.69e9, 4.11e-3, float(wave.forces[20:40].mean()))
     assert wave.speed(20, 40) == pytest.approx(expected, rel=1e-3)  # of the discrete chain, as a fixed point
+
+
+def test_an_arm_to_start_from_turns_freely_to_its_stop(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert invoke("new", "mine", "--like", "arm").exit_code == 0
+    assert invoke("check", "mine.yaml", "--variant", "driven").exit_code == 0
+    case = load_case("mine.yaml")
+    (contact,) = api.run(case).contacts
+    # At 60 rpm the end of the arm, 0.6 m from the hinge, has risen by 10 mm at the angle asin(1/60).
+    assert contact.start == pytest.approx(math.asin(0.01 / 0.6) / (2.0 * math.pi), rel=1e-6)
+    assert math.isfinite(contact.end)
+    with pytest.raises(ImpactlabError, match="'arm' is a link of a mechanism, which has no fields"):
+        api.run(case.with_("solve.duration", "1 ms")).field("arm", 0.0, "bending_moment")
+    with pytest.raises(CaseError, match="is a link of a mechanism, of which no stress is recorded"):
+        case.with_("probes", [{"body": "arm", "at": 0.3, "quantity": "stress"}])
 
 
 def test_new_replaces_no_file_and_takes_no_path(tmp_path, monkeypatch):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import re
@@ -168,6 +169,11 @@ def test_the_command_reads_a_table_and_writes_a_case_that_runs(cushioned, tmp_pa
     assert document["parameters"][0]["value"] == pytest.approx(2e8, rel=0.02)
     assert fitted.resolved()["contacts"][0]["law"]["stiffness"] == pytest.approx(document["parameters"][0]["value"])
     assert len(il.run(fitted).contacts) >= 1
+    (given,) = il.read_signals(data, {"force [kN]": FORCE})
+    (shown,) = document["signals"]
+    assert (shown["channel"], shown["samples"]) == (FORCE, len(given.times))
+    assert shown["sha256"] == hashlib.sha256(given.times.tobytes() + given.values.tobytes()).hexdigest()
+    assert document["impactlab_version"] == il.__version__
 
 
 @pytest.mark.parametrize(

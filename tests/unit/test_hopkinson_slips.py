@@ -128,3 +128,13 @@ def test_waves_that_belong_together_are_usual() -> None:
         shifted()
         shifted(late=1)
         shifted(distance=0.745)
+
+
+def test_a_time_between_samples_in_another_unit_is_warned_of_and_no_more() -> None:
+    """One second between samples, in place of one microsecond: the first rise is less than a sample long."""
+    one, two = gauges()
+    with pytest.warns(UnusualValue, match="time between samples is 1 s, longer than 10 us"):
+        test = hopkinson.measured(one, two, 1.0, BAR, (0.75, 0.75), far_ends=(2.0, 2.0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UnusualValue)
+        hopkinson.evaluate(test, hopkinson.Specimen(5e-3, 8e-3))

@@ -85,8 +85,11 @@ def test_gravity_along_x_and_angles_in_degrees_of_a_mechanism_have_hints() -> No
     assert case.hints == case.with_("gravity", [0.0, -9.81]).hints == case.with_("gravity", [9.81, 0.0]).hints == ()
     (hint,) = case.with_("gravity", -9.81).hints
     assert hint.startswith("gravity: -9.81 m/s2 acts along x on 'robot'; is it meant downwards, [0, -9.81]?")
-    (hint,) = case.with_("mechanisms.robot.links.0.angle", 60.0).hints
-    assert hint == ("mechanisms.robot.links.0.angle: 60 rad is more than a turn; is a unit missing, as in '60 deg'?")
+    (hint,) = case.with_("mechanisms.robot.links.0.angle", -5.0).hints
+    assert hint == (
+        "mechanisms.robot.links.0.angle: -5 rad is more than half a turn; is a unit missing, as in '-5 deg'?"
+    )
+    assert case.with_("mechanisms.robot.links.0.angle", "180 deg").hints == ()
 
 
 def test_remedies_in_python_name_no_command() -> None:

@@ -263,8 +263,27 @@ def test_figures_show_each_label_and_refuse_what_they_cannot_show(case):
     assert numbers[colours].tolist() == found["contacts"].values[..., 0].T.tolist()
     with pytest.raises(il.CaseError, match="Did you mean 'impulse'"):
         il.plot_sweep(found, "impuls")
-    with pytest.raises(il.CaseError, match="a figure of a sweep with listed points"):
-        il.plot_sweep(il.sweep(case, points={MASS: [1.0, 2.0]}, quantities=["impulse"]), "impulse")
+
+
+def test_figures_of_several_axes_and_of_listed_points_have_a_panel_for_each_number(case):
+    """In a grid the line of an axis is the mean over all others; listed points have dots only."""
+    masses, gaps, speeds = [2.0, 1.0], [0.0, 1e-4], [1.0, 2.0, 3.0]
+    speed = "bodies.hammer.velocity"
+    found = il.sweep(case, {MASS: masses, GAP: gaps, speed: speeds}, quantities=["impulse"])
+    values = found["impulse"].values[..., 0]
+    panels = il.plot_sweep(found, "impulse").axes[:3]
+    unit = 1e-3 if "mN" in panels[0].get_ylabel() else 1.0
+    for number, axis in enumerate((masses, gaps, speeds)):
+        dots, means = panels[number].lines
+        expected = values.mean(axis=tuple({0, 1, 2} - {number}))
+        assert means.get_ydata() * unit == pytest.approx(expected[np.argsort(axis)])
+        assert np.sort(dots.get_ydata() * unit) == pytest.approx(np.sort(values.ravel()))
+    dots = panels[0].lines[0]
+    assert dots.get_ydata()[dots.get_xdata() == 2.0] * unit == pytest.approx(values[0].ravel())
+    listed = il.sweep(case, points={MASS: [2.0, 1.0], GAP: [0.0, 1e-4]}, quantities=["impulse"])
+    one, other = il.plot_sweep(listed, "impulse").axes
+    assert [len(axes.lines) for axes in (one, other)] == [1, 1]
+    assert one.lines[0].get_xdata().tolist() == [2.0, 1.0]
 
 
 def test_edges_stand_between_sequences_of_contacts_and_failed_points_are_hatched(case):

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from impactlab.bench.report.fronts import front_of
-from impactlab.bench.report.views import CLOCKS, GOALS, NORMS, MethodRows, Norm, SceneRows, methods_of
+from impactlab.bench.report.views import CLOCKS, GOALS, NORMS, MethodRows, Norm, SceneRows, error, methods_of
 from impactlab.report.figures.style import INK, LABEL, LETTER, PALETTE, beside, spread
 
 if TYPE_CHECKING:
@@ -90,12 +90,15 @@ def distinct(named: Iterable[str], styles: MethodStyles) -> dict[str, MethodStyl
 def leaders(scene: SceneRows, norm: Norm) -> list[str]:
     """Return the methods that a figure names.
 
-    They are those on the front, by time first, then by time with set-up, steps, unknowns. Methods without steps do not
-    count among them.
+    They are those on the front, by time first, then by time with set-up, steps, unknowns; of a few methods all, as in a
+    bench of one's own method beside some others. Methods without steps do not count among them.
     """
     costs = (*CLOCKS.values(), lambda row: row.steps, lambda row: row.unknowns)
     fronts = [front_of(scene.stepped, norm, scene, cost) for cost in costs]
-    return list(dict.fromkeys(point.row.method for found in fronts for point in found))[:MAX_NAMED]
+    first = dict.fromkeys(point.row.method for found in fronts for point in found)
+    stepped = [family for family in scene.families if not family.stepless]
+    others = [each.method for each in stepped if any(error(row, norm, scene) is not None for row in each.rows)]
+    return list(first | dict.fromkeys(others if len(others) <= MAX_NAMED else []))[:MAX_NAMED]
 
 
 def draw_family(

@@ -61,7 +61,8 @@ class Limits(NamedTuple):
 def precision(scene: SceneRows, norm: Norm, styles: MethodStyles) -> Figure:
     """Return the work-precision figure of one scene in one norm.
 
-    Time is above, steps and unknowns are below. The leaders of any panel are coloured and named, the others are grey.
+    Time is above, steps and unknowns are below; without times, steps are above unknowns. The leaders of any panel are
+    coloured and named, the others are grey.
     Methods without steps, whose errors are rounding, are dark and do not enter the front, which would hold nothing
     else.
     """
@@ -71,7 +72,9 @@ def precision(scene: SceneRows, norm: Norm, styles: MethodStyles) -> Figure:
     chosen = points(scene.automatic, norm, scene, TIME.of)
     room = room_beside([*named, *(family.method for family in exact), *([AUTOMATIC] if chosen else [])])
     figure, (upper, left, right) = _three_panels(room)
-    for axes, cost in ((upper, TIME), (left, STEPS), (right, UNKNOWNS)):
+    is_timed = bool(points(scene.all_rows, norm, scene))
+    costs = (TIME, STEPS, UNKNOWNS) if is_timed else (STEPS, UNKNOWNS)
+    for axes, cost in zip((upper, left, right), costs, strict=False):
         _frame(axes, scene, norm, cost, limits)
         for own in scene.own:
             if cost is TIME or not own.stepless:
@@ -82,20 +85,23 @@ def precision(scene: SceneRows, norm: Norm, styles: MethodStyles) -> Figure:
             if line and not family.stepless:
                 draw_family(axes, family, styles, family.method in named, [point[:2] for point in line])
     right.tick_params(labelleft=False)
+    if not is_timed:
+        right.remove()
+        left.set_position((*left.get_position().p0, upper.get_position().width, left.get_position().height))
     left.set_ylabel("error")
     upper.set_ylabel(norm.axis)
     upper.set_title(f"{scene.name}: {norm.title}")
-    if not points(scene.all_rows, norm, scene):
-        upper.text(0.5, 0.5, "no times in this table", transform=upper.transAxes, color=MUTED, ha="center")
-    _fronts(upper, scene, norm, limits)
+    _fronts(upper, scene, norm, limits, (TIME, TOTAL) if is_timed else (STEPS,))
     _notes(upper, scene, norm, limits)
-    ends = [_draw_exact(upper, family, points(family.rows, norm, scene, TIME.of), limits) for family in exact]
+    timed = [(family, points(family.rows, norm, scene, TIME.of)) for family in exact]
+    ends = [_draw_exact(upper, family, found, limits) for family, found in timed if found]
     for point in chosen:
         upper.plot([point.cost], [max(point.error, limits.floor)], "*", color=INK, markersize=9, mfc="none", zorder=6)
     if chosen:
         closest = min(chosen, key=lambda point: point.error)
         ends.append(End(closest.cost, max(closest.error, limits.floor), AUTOMATIC, INK))
-    ends += _named_ends([family for family in scene.families if family.method in named], scene, norm, styles, limits)
+    families = [family for family in scene.families if family.method in named]
+    ends += _named_ends(families, scene, norm, costs[0], styles, limits)
     name_ends(upper, ends)
     return figure
 
@@ -128,10 +134,10 @@ def _draw_exact(axes: Axes, family: MethodRows, found: Sequence[Point], limits: 
 
 
 def _named_ends(
-    families: Sequence[MethodRows], scene: SceneRows, norm: Norm, styles: MethodStyles, limits: Limits
+    families: Sequence[MethodRows], scene: SceneRows, norm: Norm, cost: Cost, styles: MethodStyles, limits: Limits
 ) -> list[End]:
     """Return the names of families at their levels with the least error."""
-    lines = [(family, limits.shown(points(family.rows, norm, scene, TIME.of))) for family in families]
+    lines = [(family, limits.shown(points(family.rows, norm, scene, cost.of))) for family in families]
     ends = [(family, min(line, key=lambda point: (point.error, -point.cost))) for family, line in lines if line]
     return [End(end.cost, end.error, family.method, styles[family.method].colour) for family, end in ends]
 
@@ -163,21 +169,22 @@ def _frame(axes: Axes, scene: SceneRows, norm: Norm, cost: Cost, limits: Limits)
     counts(axes.xaxis, low, high)
 
 
-def _fronts(axes: Axes, scene: SceneRows, norm: Norm, limits: Limits) -> None:
+def _fronts(axes: Axes, scene: SceneRows, norm: Norm, limits: Limits, costs: Sequence[Cost]) -> None:
     """Draw the front of the methods with steps as a staircase.
 
     It has rings; the one with set-up is dotted.
     """
-    for cost, style, x, text in ((TIME, "-", 0.56, "front"), (TOTAL, ":", 0.7, "front, set-up included")):
+    kinds = (("-", 0.56, "front"), (":", 0.7, "front, set-up included"))
+    for cost, (style, x, text) in zip(costs, kinds, strict=False):
         axes.plot([x, x + 0.04], [1.035] * 2, style, color=MUTED, lw=0.9, transform=axes.transAxes, clip_on=False)
         axes.text(x + 0.05, 1.035, text, color=MUTED, fontsize=7.5, va="center", transform=axes.transAxes)
         front = limits.shown(front_of(scene.stepped, norm, scene, cost.of))
         if front:
-            costs, errors = [point.cost for point in front], [point.error for point in front]
-            xs, ys = [costs[0], *costs, axes.get_xlim()[1]], [limits.top, *errors, errors[-1]]
+            places, errors = [point.cost for point in front], [point.error for point in front]
+            xs, ys = [places[0], *places, axes.get_xlim()[1]], [limits.top, *errors, errors[-1]]
             axes.step(xs, ys, where="post", color=MUTED, linewidth=0.9, linestyle=style, zorder=2.5)
-            if cost is TIME:
-                axes.plot(costs, errors, "o", color=INK, mfc="none", markersize=7.5, markeredgewidth=0.9, zorder=5)
+            if cost is not TOTAL:
+                axes.plot(places, errors, "o", color=INK, mfc="none", markersize=7.5, markeredgewidth=0.9, zorder=5)
 
 
 def _notes(axes: Axes, scene: SceneRows, norm: Norm, limits: Limits) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
@@ -62,6 +63,7 @@ class RodBlock(CrossSection, MovingBlock):
 
     piece: ClassVar[type[Block]] = SegmentBlock
     quantities: ClassVar[tuple[str, ...]] = QUANTITIES_OF_ROD
+    shape_words: ClassVar[Mapping[str, str]] = {"area": "section (area, diameter, or width and height)"}
 
     def gives(self, key: str) -> bool:
         return any(_given(self)) if key == "area" else super().gives(key)

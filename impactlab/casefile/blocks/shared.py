@@ -91,6 +91,7 @@ class ElasticBlock(Block):
 
     piece: ClassVar[type[Block]] = Block  # block of one of the segments
     shape_keys: ClassVar[tuple[str, ...]] = ("length", "area", "material")  # of a uniform body; segments replace them
+    shape_words: ClassVar[Mapping[str, str]] = {}  # of these keys, where others may stand in their place
     profile_key: ClassVar[str] = "displacement"  # of the shape at t = 0
     profile_unit: ClassVar[str] = "m"
     quantities: ClassVar[tuple[str, ...]] = ()  # that a probe records, unless it is ``lacking``

@@ -22,6 +22,8 @@ _WORDS |= {"true": True, "True": True, "TRUE": True, "false": False, "False": Fa
 _INDENTED_BY_TAB = re.compile(r" *\t")
 _TWO_COLONS = re.compile(r"\s*(?:- +)?([\w.-]+):\s+(\S.*:(?:\s.*)?)")  # a key, and a text with a colon
 
+_NO_COLON = re.compile(r"([\w.-]+) +[{\[].*")  # a key and its block
+
 
 def yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
     """Return the plain value of a text; write the line of each key into ``lines``."""
@@ -65,6 +67,9 @@ def _marked(error: Any, lines: list[str]) -> CaseError:
         elif found:
             problem = "a text with a colon in it begins a second key"
             remedy = f"Put the text in quotes: {found[1]}: '{found[2].strip()}'."
+        elif found := _NO_COLON.fullmatch(lines[number]):
+            problem = f"a colon is missing behind {shown(found[1])}"
+            remedy = f"Write {found[1]}: {{key: value}}."
         else:
             problem = "this line is indented as a part of the value above it"
             remedy = "Align it with the key that it belongs beside, or put that value in quotes."

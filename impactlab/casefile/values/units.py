@@ -109,7 +109,8 @@ def to_si(text: str, unit: str) -> float:
 
 def _example(unit: str) -> str:
     examples = {"m": "30 cm", "Pa": "210 GPa", "s": "58 us", "m2": "9 cm^2", "kg": "2 g", "m/s": "1 mm/s"}
-    examples |= {"kg/m3": "7.9 g/cm^3", "N/m": "1 kN/mm", "N/m^1.5": "1 kN/mm^1.5", "rad/s": "600 rpm"}
+    examples |= {"kg/m3": "7.9 g/cm^3", "N/m": "1 kN/mm", "N/m^1.5": "1 kN/mm^1.5", "rad/s": "600 rpm", "rad": "60 deg"}
+    examples |= {"N": "5 kN", "J": "3 kJ", "N m": "2 kN m", "m/s2": "9.81 m/s^2", "Hz": "2 kHz"}
     return repr(examples.get(unit, f"1 {unit}"))
 
 
@@ -133,6 +134,8 @@ def _factor(given: str, wanted: str) -> float | str:
             name.endswith("ton") and not name.endswith(("newton", "metric_ton")) for name, _ in quantity.unit_items()
         ):
             return "may be a metric, short or long ton: write t for 1000 kg"
+        if any(name.endswith(("grade", "gradian", "gon")) for name, _ in quantity.unit_items()):
+            return "may be degrees or gon (400 to a turn): write deg"
         if "rad" in wanted and any(name.endswith("hertz") for name, _ in quantity.unit_items()):
             return "may count turns or radians"
         if wanted == "Hz" and "radian" in dict(quantity.to_root_units().unit_items()):

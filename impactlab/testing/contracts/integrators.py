@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Problem, Stepper
 from impactlab.models.base import AbstractRodModel, Operators
 from impactlab.models.finite_element import FiniteElement
@@ -89,6 +90,29 @@ class IntegratorContract:
         measured, errors = self.measured_order()
         # An order that moves by less than 0.05 from one halving to the next is as near to its limit, or nearer.
         assert abs(measured - self.part.order) < 0.1, f"measured order {measured:.3f}, errors {errors}"
+
+    def test_it_damps_the_first_mode_or_refuses_damping(self) -> None:
+        frequencies, shapes = self.modes()
+        system, rate = self.system(), 0.2 * frequencies[0]
+        damping = rate * system.mass  # every mode u'' + rate u' + w^2 u = 0
+        damped = system._replace(damping=damping, ground_dashpots=None, displacement=shapes[:, 0].copy())
+        turn = math.sqrt(frequencies[0] ** 2 - 0.25 * rate**2)  # rad/s
+        end = 0.5 * np.pi / turn
+        steps = max(100, math.ceil(2.0 * end / min(self.part.limit(damped), 1.0)))
+        try:
+            stepper = self.part.prepare(damped, np.zeros((0, system.load.size)), end / steps)
+        except PairingError:
+            return
+        state, n_dof = stepper.state.copy(), system.load.size
+        for _ in range(steps):
+            state = stepped(stepper, state)
+        velocity = float(shapes[:, 0] @ full(system.mass) @ state[n_dof : 2 * n_dof])
+        exact = -(frequencies[0] ** 2 / turn) * math.exp(
+            -0.5 * rate * end
+        )  # the rate of its displacement, at its largest
+        # Without damping it is larger by 17 %; a scheme of first order is off by some 2 % after 100 steps.
+        what = "the relative error of the velocity of a damped mode (a scheme without damping raises PairingError)"
+        at_most(abs(velocity / exact - 1.0), 0.04, what)
 
     def test_force_response_is_that_of_a_load(self) -> None:
         system, dt = self.system(), 0.3 / self.modes()[0][-1]
