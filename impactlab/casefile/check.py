@@ -22,6 +22,7 @@ from impactlab.scene.bodies.segmented import PLACE_ROUNDING
 from impactlab.scene.ranges import range_of
 
 BASE = "base"  # name of the case as written, among its methods and its variants
+OF_LINKS = ("bending_moment", "shear_force", "stress", "strain")  # probes on flexible links of mechanisms
 LAST_DIGITS = 1e-12  # of a length: a sum of segments may differ by them
 MAX_TURN, MAX_TURN_OF_TABLE = 0.02, 0.5  # of the largest slope of a shape, at a clamped end; of a table of few lines
 
@@ -217,20 +218,20 @@ def _probes_lie_on_bodies(case: CaseBlock) -> None:
 
 def _lies_on_a_body(case: CaseBlock, probe: ProbeBlock, path: str, links: Container[str]) -> None:
     body = find_body(case, probe.body, f"{path}.body")
-    if probe.body in links:
+    recorded = f"Each run records angle:{probe.body}, rate:{probe.body} and the places of its contacts."
+    if probe.body in links and not isinstance(body, ElasticBlock):
         raise CaseError(
-            f"{probe.body!r} is a link of a mechanism, of which no {probe.quantity} is recorded",
-            remedy=f"Remove it. Each run records angle:{probe.body}, rate:{probe.body} and the places of its contacts; "
-            "moments of an arm that turns steadily about a hub are probes of a beam with `rotation`.",
+            f"{probe.body!r} is a rigid link, of which no {probe.quantity} is recorded",
+            remedy=f"Remove it, or make the link a beam. {recorded}",
             path=f"{path}.body",
         )
     if isinstance(body, ElasticBlock):
         place_on(probe.at, probe.body, body.total_length, f"{path}.at")
-        known = body.quantities
+        kind, known = ("link", OF_LINKS) if probe.body in links else (body.kind, body.quantities)
         if probe.quantity not in known:
             raise CaseError(
-                f"the {body.kind} {probe.body!r} has no {probe.quantity} to record. Allowed: {', '.join(known)}",
-                remedy="Probe another quantity.",
+                f"the {kind} {probe.body!r} has no {probe.quantity} to record. Allowed: {', '.join(known)}",
+                remedy=recorded if probe.body in links else "Probe another quantity.",
                 path=f"{path}.quantity",
             )
         if why := body.lacking(probe.quantity):

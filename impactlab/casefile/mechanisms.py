@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 from impactlab.casefile.blocks.beams import BeamBlock
 from impactlab.casefile.blocks.links import JointBlock, LinkBlock
 from impactlab.casefile.mechanism_parts import chains_of
-from impactlab.casefile.points import name_in
+from impactlab.casefile.points import at_end, name_in
 from impactlab.casefile.schema import CaseBlock, WallBlock
 from impactlab.casefile.text.words import listed, shown
 from impactlab.errors import CaseError, closest
-from impactlab.scene.bodies import Drive, Link, Mark, Mechanism
+from impactlab.scene.bodies import Drive, Gauge, Link, Mark, Mechanism
 
 SAME_GRAVITY = 1e-12  # of gravity: components nearer than this agree
 HALF_TURN_TOL = 1e-9  # rad: 180 deg in radians is no more than half a turn
@@ -136,7 +136,11 @@ def mechanism_body(case: CaseBlock, name: str, marks: tuple[Mark, ...]) -> Mecha
     block = chains_of(case)[name]
     links = tuple(_link(case, *each) for each in zip(block.links, _angles(block.links), strict=True))
     slide = None if block.end == "free" else block.end["slide"]
-    return Mechanism(name, links, slide, marks, gravity=vector(case.gravity))
+    numbers = {link.name: number for number, link in enumerate(links)}
+    places = [(numbers[probe.body], at_end(probe.at, links[numbers[probe.body]].length)) for probe in case.probes
+              if probe.body in numbers]  # fmt: skip
+    gauges = tuple(Gauge(*place) for place in dict.fromkeys(places))
+    return Mechanism(name, links, slide, marks, gauges, gravity=vector(case.gravity))
 
 
 def _angles(joints: Sequence[JointBlock]) -> list[float]:

@@ -6,7 +6,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple
 
-from impactlab.types import Array
+from impactlab.errors import CaseError
+from impactlab.types import Array, Quantity
 
 
 class Reading(NamedTuple):
@@ -69,6 +70,10 @@ class AbstractMechanism(ABC):
 
         ``gravity`` is (x, y) [m/s2]. Raise `CaseError` where it cannot be built.
         """
+
+    def internal_row(self, gauge: int, quantity: Quantity) -> Array:
+        """Return the row (n,) of a bending moment or shear force over the coordinates p; ``gauge`` is its number."""
+        raise CaseError(f"a mechanism of this kind has no {quantity}", remedy="Remove the probe.", path="probes")
 
     @staticmethod
     @abstractmethod

@@ -18,7 +18,7 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.modal import Modal
 from impactlab.plugins import kind_of
 from impactlab.scene.bodies import Link, Mechanism
-from impactlab.types import Array
+from impactlab.types import Array, Quantity
 
 
 @final
@@ -55,6 +55,16 @@ class Chain(AbstractMechanism):
     @property
     def mass(self) -> float:
         return self.mechanism.moving_mass
+
+    def internal_row(self, gauge: int, quantity: Quantity) -> Array:
+        number, x = self.mechanism.gauges[gauge]
+        each = [integrals_of(link, shapes) for link, shapes in zip(self.mechanism.links, self.flexible, strict=True)]
+        _, firsts, n = coordinates_of(self.mechanism, each)
+        shapes, row = self.flexible[number], np.zeros(n)
+        assert shapes is not None  # noqa: S101 - a case has probes on flexible links alone
+        first = firsts[number] + each[number].a0.size
+        row[first : first + each[number].b0.size] = shapes.meshes[0].row(x, quantity) @ shapes.shapes[0]
+        return row
 
     def motion(self, gravity: tuple[float, float]) -> Motion:
         links = self.mechanism.links
@@ -125,6 +135,18 @@ def angle_kind(mechanism: Mechanism, number: int) -> int:
     return at.FIXED if clamped else at.OWN
 
 
+def coordinates_of(mechanism: Mechanism, each: Sequence[Integrals]) -> tuple[list[int], list[int], int]:
+    """Return the coordinate of each angle, -1 where it is none, that of each link's first shape, and their number."""
+    angles, firsts, n = [], [], 0
+    for number, own in enumerate(each):
+        is_free = angle_kind(mechanism, number) == at.OWN
+        angles.append(n if is_free else -1)
+        n += is_free
+        firsts.append(n)
+        n += own.a0.size + own.b0.size
+    return angles, firsts, n
+
+
 def packed(mechanism: Mechanism, flexible: Sequence[FlexibleLink | None]) -> PackedChain:
     """Return a chain in numbers.
 
@@ -133,12 +155,7 @@ def packed(mechanism: Mechanism, flexible: Sequence[FlexibleLink | None]) -> Pac
     links = mechanism.links
     kinds = [angle_kind(mechanism, number) for number in range(len(links))]
     each = [integrals_of(link, shapes) for link, shapes in zip(links, flexible, strict=True)]
-    angles, firsts, n = [], [], 0
-    for kind, own in zip(kinds, each, strict=True):
-        angles.append(n if kind == at.OWN else -1)
-        n += kind == at.OWN
-        firsts.append(n)
-        n += own.a0.size + own.b0.size
+    angles, firsts, n = coordinates_of(mechanism, each)
     head, out, place = np.zeros(at.CHAIN), [], at.CHAIN
     stiffness, position, velocity = np.zeros((n, n)), np.zeros(n), np.zeros(n)
     room = 0

@@ -39,6 +39,7 @@ IMPULSE_GAIN, IMPULSE_TURN_GAIN = 1.0e-2, 5.0  # of frequency and rate times dt;
 RIGID = 1.0  # rad/s, a bound for links that do not deform: their rates change slowly
 KERNELS = ((steps.derive, DERIVE), (steps.free, FREE), (steps.columns, COLUMNS))
 OWN_READINGS: tuple[Quantity, ...] = ("displacement", "velocity", "moment")
+INTERNAL: tuple[Quantity, ...] = ("bending_moment", "shear_force")
 
 
 class LargestTurn(NamedTuple):
@@ -95,10 +96,12 @@ class MechanismModel(AbstractDiscreteModel):
         )
 
     def row(self, x: float, quantity: Quantity) -> Array:
-        """Return the row of a reading, or of the moment of a drive.
+        """Return the row of a reading, of an internal force at a gauge, or of the moment of a drive.
 
-        For a moment x is the number of the drive, and the row is over the whole state.
+        x is the number of the reading, of the gauge or of the drive, whose row is over the whole state.
         """
+        if quantity in INTERNAL:
+            return np.concatenate((self.part.internal_row(int(x), quantity), np.zeros(self.readings)))
         if quantity not in OWN_READINGS:
             raise CaseError(f"a mechanism has no {quantity}", remedy="Name displacement or velocity.", path="probes")
         n_dof = self.count + self.readings

@@ -23,6 +23,7 @@ from impactlab.history.base import (
 )
 from impactlab.numerics.interpolation import Between, between, cubic, interpolated, turning_points
 from impactlab.numerics.slopes import slopes
+from impactlab.scene.bodies import mechanism_of
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Contact, Scene
 from impactlab.simulate.field_rows import FieldRows, rows_of, snapshots_at
@@ -74,15 +75,22 @@ class Probed(NamedTuple):
 
     channel: str
     body: str
-    x: float  # m
+    x: float  # m; of a mechanism the number of a reading or of a gauge
     quantity: Quantity
     factor: float  # of the quantity, in the channel
 
 
 def probed(scene: Scene) -> Iterator[Probed]:
-    """Yield the channels of probes, gauge ends, loaded ends and rigid masses."""
+    """Yield the channels of probes, gauge ends, loaded ends and rigid masses.
+
+    Of a probe on a link, ``x`` is the number of the gauge of its mechanism.
+    """
     for probe in scene.recorded_probes:
-        yield Probed(probe.channel, probe.body, probe.x, *scene.bodies[probe.body].reading(probe.quantity))
+        if probe.body in scene.bodies:
+            yield Probed(probe.channel, probe.body, probe.x, *scene.bodies[probe.body].reading(probe.quantity))
+        else:  # of a link
+            mechanism = mechanism_of(probe.body, scene.bodies.values())
+            yield Probed(probe.channel, mechanism.name, *mechanism.gauged(probe.body, probe.x, probe.quantity))
     for name, channel, x, quantity in scene.own_channels:
         yield Probed(channel, name, x, quantity, 1.0)
 

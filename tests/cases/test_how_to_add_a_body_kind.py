@@ -67,7 +67,7 @@ def test_its_block_gives_the_body(page: dict[str, Any]) -> None:
     assert body.segments == (page["string_segment"](LENGTH, AREA, DENSITY, TENSION),)
     assert body.round_trip == pytest.approx(2.0 * LENGTH / SPEED, rel=1e-12)
     assert (body.left, body.right) == (FREE, CLAMPED)
-    described = block.described()
+    described = block.described(body)
     assert described.pop("ends") == {"left": "free", "right": "clamped"}
     assert page["StringBlock"](**described).body("string", 1.0).segments == body.segments  # it reads what it writes
     assert described["tension"] == TENSION

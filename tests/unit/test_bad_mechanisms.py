@@ -152,9 +152,9 @@ FAULTS = [  # changes of the case, the path of the fault, and words of its messa
     ),
     (
         {"probes": [{"body": "rod", "at": 0.1, "quantity": "displacement"}]},
-        "probes.0.body",
-        "'rod' is a link",
-        "recorded in every run",
+        "probes.0.quantity",
+        "the link 'rod' has no displacement",
+        "Each run records angle:rod",
     ),
     ({"solve.models": {"crank": FINE}}, "solve.models.crank", "'crank' is a link", "Remove it"),
     ({"solve.duration": {"round_trips": 2}}, "solve.duration", "this case has none", "in seconds"),

@@ -254,8 +254,8 @@ def test_an_arm_to_start_from_turns_freely_to_its_stop(tmp_path, monkeypatch):
     assert math.isfinite(contact.end)
     with pytest.raises(ImpactlabError, match="'arm' is a link of a mechanism, which has no fields"):
         api.run(case.with_("solve.duration", "1 ms")).field("arm", 0.0, "bending_moment")
-    with pytest.raises(CaseError, match="is a link of a mechanism, of which no stress is recorded"):
-        case.with_("probes", [{"body": "arm", "at": 0.3, "quantity": "stress"}])
+    with pytest.raises(CaseError, match="the link 'arm' has no force to record"):
+        case.with_("probes", [{"body": "arm", "at": 0.3, "quantity": "force"}])
 
 
 def test_new_replaces_no_file_and_takes_no_path(tmp_path, monkeypatch):

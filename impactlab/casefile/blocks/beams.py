@@ -17,7 +17,7 @@ from impactlab.casefile.blocks.shared import (
     Inertia,
     Length,
     Material,
-    MovingBlock,
+    SegmentedBlock,
     material_values,
 )
 from impactlab.casefile.text.words import listed
@@ -77,7 +77,7 @@ class BeamEndsBlock(Block):
     right: Annotated[End, BEAM_END] = Field(End("free"), description="right end, at x = L; a force acts along +u")
 
 
-class BeamBlock(MovingBlock):
+class BeamBlock(SegmentedBlock):
     """A straight elastic beam that bends: length, section and material, or segments."""
 
     kind: Literal["beam"] = Field(description="beam")

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from impactlab.casefile.blocks.rotation import RotationBlock, rotation_of
-from impactlab.casefile.blocks.shared import PIECES, Area, Block, Length, Material, MovingBlock, material_values
+from impactlab.casefile.blocks.shared import PIECES, Area, Block, Length, Material, SegmentedBlock, material_values
 from impactlab.casefile.text.words import listed
 from impactlab.casefile.values.fields import END
 from impactlab.casefile.values.materials import NAMED
@@ -53,7 +53,7 @@ class EndsBlock(Block):
     right: Annotated[End, END] = Field(End("free"), description="right end, at x = L; a force [N] is positive along +x")
 
 
-class RodBlock(CrossSection, MovingBlock):
+class RodBlock(CrossSection, SegmentedBlock):
     """A straight elastic rod: length, area and material, or segments."""
 
     kind: Literal["rod"] = Field(description="rod")

@@ -155,6 +155,10 @@ class MovingBlock(ElasticBlock):
         None, description="displacement at t = 0 [m]: a formula of x, or {x: [...], u: [...]}"
     )
 
+
+class SegmentedBlock(MovingBlock):
+    """A rod or a beam, uniform or of segments."""
+
     @abstractmethod
     def described_piece(self, piece: Any, segment: Any) -> dict[str, Any]:
         """Return the block of a piece in SI, from the segment that it describes."""

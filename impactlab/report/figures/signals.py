@@ -207,7 +207,8 @@ def _energy(histories: Sequence[Trace], times: Array, compared: bool) -> Panel:
 
 def place(probe: Probe, scene: Scene) -> str:
     """Return the place of a probe in words: ``rod at 150 mm``."""
-    return f"{probe.body} at {millimetres(probe.x)}" if scene.bodies[probe.body].length else probe.body
+    body = scene.bodies.get(probe.body)  # None of a link
+    return f"{probe.body} at {millimetres(probe.x)}" if body is None or body.length else probe.body
 
 
 def in_words(contact: str) -> str:

@@ -3,7 +3,17 @@
 from impactlab.scene.bodies.base import Body, ElasticBody, WaveBody
 from impactlab.scene.bodies.beam import Beam, BeamSegment, beams_among
 from impactlab.scene.bodies.loads import AbstractLoad, FunctionLoad, SampledLoad
-from impactlab.scene.bodies.mechanism import Drive, Link, Mark, Mechanism, MechanismBody, PartMechanism, links_on_hubs
+from impactlab.scene.bodies.mechanism import (
+    Drive,
+    Gauge,
+    Link,
+    Mark,
+    Mechanism,
+    MechanismBody,
+    PartMechanism,
+    links_on_hubs,
+    mechanism_of,
+)
 from impactlab.scene.bodies.pieces import End, Profile, Rayleigh, Segment, Table
 from impactlab.scene.bodies.rigid import Mass, Wall
 from impactlab.scene.bodies.rod import Rod
@@ -20,6 +30,7 @@ __all__ = [
     "ElasticBody",
     "End",
     "FunctionLoad",
+    "Gauge",
     "Link",
     "Mark",
     "Mass",
@@ -39,6 +50,7 @@ __all__ = [
     "WaveBody",
     "beams_among",
     "links_on_hubs",
+    "mechanism_of",
     "shaft_end",
     "shaft_segment",
 ]

@@ -57,6 +57,13 @@ class Mark(NamedTuple):
     label: str  # as the case names it: ``rod.right``
 
 
+class Gauge(NamedTuple):
+    """A place of a flexible link whose bending moment or shear force a probe records."""
+
+    link: int
+    x: float  # m along the link
+
+
 @dataclass(frozen=True)
 class MechanismBody(Body):
     """A body with a mass matrix of its own at each position.
@@ -124,6 +131,7 @@ class Mechanism(MechanismBody):
     links: tuple[Link, ...]
     slide: float | None = None  # m, y of the slide of the last end
     marks: tuple[Mark, ...] = ()
+    gauges: tuple[Gauge, ...] = ()
 
     @property
     def moving_mass(self) -> float:
@@ -178,6 +186,13 @@ class Mechanism(MechanismBody):
     def face_channel(self, x: float) -> str:
         return f"position:{self._place(int(x))}"
 
+    def gauged(self, link: str, x: float, quantity: str) -> tuple[int, Quantity, float]:
+        """Return the number of a gauge, and the quantity of its model with the factor for a quantity of a probe."""
+        number = next(at for at, each in enumerate(self.links) if each.name == link)
+        beam = self.links[number].beam
+        assert beam is not None  # noqa: S101 - a case has probes on flexible links alone
+        return self.gauges.index(Gauge(number, x)), *beam.reading(quantity)
+
     def _place(self, number: int) -> str:
         """Return the name of a place in channels.
 
@@ -187,6 +202,13 @@ class Mechanism(MechanismBody):
         along = {(1.0, 0.0): "x", (0.0, 1.0): "y"}.get(mark.along, f"{mark.along[0]:.4g} {mark.along[1]:.4g}")
         same = {each.along for each in self.marks if each.label == mark.label}
         return mark.label if len(same) == 1 else f"{mark.label} along {along}"
+
+
+def mechanism_of(link: str, bodies: Iterable[Body]) -> Mechanism:
+    """Return the mechanism that has a link of a name."""
+    return next(
+        body for body in bodies if isinstance(body, Mechanism) and any(each.name == link for each in body.links)
+    )
 
 
 def links_on_hubs(bodies: Iterable[Body]) -> Iterator[tuple[Mechanism, Link]]:
