@@ -20,7 +20,8 @@ class Probe(BodyKeys):
     quantity : str
         Of a rod ``"displacement"``, ``"velocity"``, ``"strain"``, ``"stress"`` or ``"force"``; of a beam also
         ``"rotation"``, ``"bending_moment"`` or ``"shear_force"``; of a shaft ``"twist"``, ``"twist_rate"`` or
-        ``"torque"``.
+        ``"torque"``. Of a flexible link of a mechanism ``"bending_moment"``, ``"shear_force"``, ``"stress"`` or
+        ``"strain"``.
     length : float or str
         Length of a strain gauge, with its middle at the place [m].
     bandwidth : float or str

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -23,9 +24,14 @@ def arm(young: float = YOUNG, **keys: Any) -> il.Beam:
 
 
 def run(
-    modes: int, link: dict[str, Any], duration: float = 0.05, young: float = YOUNG, at: float = 0.35
+    modes: int,
+    link: dict[str, Any],
+    duration: float = 0.05,
+    young: float = YOUNG,
+    at: float = 0.35,
+    angle: float = 0.0,
 ) -> AbstractHistory:
-    """Return the run of an arm as the only link, horizontal at t = 0, under gravity."""
+    """Return the run of an arm as the only link, across gravity at t = 0; both are turned by an angle [rad]."""
     probes = [il.Probe("arm", x, quantity) for quantity in QUANTITIES for x in (0.0, at)]
     solve = {
         "duration": duration,
@@ -35,8 +41,8 @@ def run(
     }
     case = il.Case(
         bodies={"arm": arm(young)},
-        mechanisms={"machine": {"links": [{"body": "arm", **link}]}},
-        gravity=[0.0, -G],
+        mechanisms={"machine": {"links": [{"body": "arm", "angle": angle, **link}]}},
+        gravity=[G * math.sin(angle), -G * math.cos(angle)],
         probes=probes,
         solve=solve,
     )
@@ -88,6 +94,13 @@ def test_a_falling_bar_bends_most_at_a_third_of_its_length() -> None:
         mean = float(np.sum(window * history.evaluate(times, f"bending_moment:arm@{x:.6g}")) / window.sum())
         wanted = WEIGHT * x * (LENGTH - x) ** 2 / (4.0 * LENGTH)
         assert mean == pytest.approx(wanted, rel=2e-3)  # half of it by the modes left out
+
+
+def test_internal_forces_are_those_in_the_frame_of_the_link() -> None:
+    level, turned = (run(4, {"rate": 3.0}, at=0.3, angle=angle) for angle in (0.0, 2.0))
+    for quantity in QUANTITIES:
+        wanted = values(level, f"{quantity}:arm@0.3")
+        assert np.abs(values(turned, f"{quantity}:arm@0.3") - wanted).max() < 1e-9 * np.abs(wanted).max()
 
 
 @pytest.mark.parametrize(
