@@ -47,7 +47,7 @@ class Sensitivity(NamedTuple):
 
 BOUND = "\N{PLUS-MINUS SIGN}"  # before a bound of a derivative that is smaller than its error
 MAX_NAMED = 3  # quantities that a note lists
-COLUMNS = ("quantity", "parameter", "value", "derivative", "d ln/d ln", "error", "found", "same contacts for")
+COLUMNS = ("quantity", "parameter", "value", "derivative", "its error", "d ln/d ln", "found", "same contacts for")
 
 
 @dataclass(frozen=True)
@@ -161,8 +161,8 @@ def _cells(row: Sensitivity) -> tuple[str, ...]:
         row.parameter,
         f"{_number(row.value)} {unit}".rstrip(),
         derivative,
-        logarithmic,
         _number(row.error, 1),
+        logarithmic,
         row.found,
         _interval(row.lower, row.upper, parameter_unit),
     )
