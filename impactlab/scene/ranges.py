@@ -58,6 +58,7 @@ MAX_QUAKE = 0.2  # m; quakes at the toe of a pile reach a thirtieth of its diame
 MAX_SPECIMEN = 0.5  # m, length of a specimen between bars
 YIELD_STRAINS = Range(1e-6, 1.0)  # stress over Young's modulus at which solids yield, from lead to rubber, with room
 MAX_STRAIN = 0.5  # full scale, or noise, of a strain gauge; gauges break below 0.2
+G = 9.81  # m/s2, of weights that soil bears
 MIN_SAMPLES = 20  # of a table of force over time that is checked for a slip of units
 MIN_REACHED = 5  # of these, within the run: of fewer the times are taken for ms
 BENDING = Range(1e-40, 1e40)  # N m2
@@ -95,6 +96,7 @@ def hints_of(scene: Scene, laws: Mapping[str, Any]) -> Iterator[str]:
     for found in (lone_bodies, odd_speeds, odd_loads, odd_probes):
         yield from found(scene)
     yield from odd_laws(scene, laws)
+    yield from _weak_soil(scene, laws)
 
 
 def odd_speeds(scene: Scene) -> Iterator[str]:
@@ -188,6 +190,19 @@ def odd_laws(scene: Scene, laws: Mapping[str, Any]) -> Iterator[str]:
                 f"{named}: the quake is {quake:.4g} m, and those of soils are below {MAX_QUAKE:g} m; is a unit "
                 "missing, as in '2.5 mm'?"
             )
+
+
+def _weak_soil(scene: Scene, laws: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a sentence where soil cannot bear the weight of its pile, as where a capacity in kN lacks its unit."""
+    soil = [contact for contact in scene.contacts if hasattr(laws[contact.name], "quake")]
+    pile = {point.body for contact in soil for point in contact.faces} & set(scene.elastic)
+    borne = sum(laws[contact.name].capacity for contact in soil)
+    weight = G * sum(scene.elastic[name].mass for name in pile)
+    if soil and borne < weight:
+        yield (
+            f"{soil[0].shared_name}: the soil bears {borne:.4g} N in all, less than the weight {weight:.4g} N of "
+            f"{' and '.join(map(repr, sorted(pile)))}; is a unit missing, as in '150 kN'?"
+        )
 
 
 def _within(value: float, allowed: Range, text: str, unit: str, path: str) -> None:

@@ -52,6 +52,16 @@ def test_a_quake_of_metres_has_one_hint_for_all_pieces() -> None:
     assert hint.startswith("shaft: the quake is 2.5 m")
 
 
+def test_soil_that_cannot_bear_its_pile_has_a_hint() -> None:
+    """The capacities of `smith_pile` are 0.9 MN at the toe and 0.6 MN along the shaft."""
+    case = il.load_case("smith_pile")
+    weak = case.with_("contacts.3.law", capacity=900.0)
+    assert weak.hints == ()  # the shaft still bears it
+    (hint,) = weak.with_("contacts.2.law", capacity=600.0).hints
+    assert "the soil bears 1500 N in all, less than the weight 7.848e+04 N of 'pile'" in hint
+    assert hint.endswith("is a unit missing, as in '150 kN'?")
+
+
 def test_sizes_of_a_specimen_without_their_units_have_hints() -> None:
     case = il.load_case("hopkinson_copper")
     assert case.hints == ()
