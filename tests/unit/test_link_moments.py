@@ -30,8 +30,9 @@ def run(
     young: float = YOUNG,
     at: float = 0.35,
     angle: float = 0.0,
+    before: tuple[dict[str, Any], ...] = (),
 ) -> AbstractHistory:
-    """Return the run of an arm as the only link, across gravity at t = 0; both are turned by an angle [rad]."""
+    """Return the run of an arm across gravity at t = 0, turned with it by an angle [rad]; ``before`` it other links."""
     probes = [il.Probe("arm", x, quantity) for quantity in QUANTITIES for x in (0.0, at)]
     solve = {
         "duration": duration,
@@ -39,9 +40,10 @@ def run(
         "integrator": {"kind": "midpoint"},
         "step": {"dt": 2e-5},
     }
+    bodies = {"arm": arm(young), **{each["body"]: il.Link(length=0.3, mass=0.1) for each in before}}
     case = il.Case(
-        bodies={"arm": arm(young)},
-        mechanisms={"machine": {"links": [{"body": "arm", "angle": angle, **link}]}},
+        bodies=bodies,
+        mechanisms={"machine": {"links": [*before, {"body": "arm", "angle": angle, **link}]}},
         gravity=[G * math.sin(angle), -G * math.cos(angle)],
         probes=probes,
         solve=solve,
@@ -69,6 +71,16 @@ def test_a_link_that_is_held_has_the_internal_forces_of_a_cantilever() -> None:
     for probe in beam.scene.probes:
         wanted = values(beam, probe.channel)
         assert np.abs(values(link, probe.channel) - wanted).max() < 1e-12 * np.abs(wanted).max()
+
+
+def test_an_arm_on_a_held_link_and_with_axial_shapes_has_the_same_internal_forces() -> None:
+    """Other links and axial shapes come before the coordinates that a moment is read from."""
+    alone = run(6, HELD)
+    held = {"body": "bar", "drive": {"rate": 0.0}}
+    behind = run(6, {"joint": "clamped", "axial_modes": 2}, before=(held,))
+    for quantity in QUANTITIES:
+        wanted = values(alone, f"{quantity}:arm@0.35")
+        assert np.abs(values(behind, f"{quantity}:arm@0.35") - wanted).max() < 1e-5 * np.abs(wanted).max()
 
 
 def test_the_moment_at_the_root_balances_that_of_the_hub() -> None:
