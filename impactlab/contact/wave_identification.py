@@ -20,9 +20,10 @@ TRY = 0.95  # of the step at which that limit lies on a long mesh
 
 
 def step_to_try(ratio: float, dt: float) -> float:
-    """Return a step [s] for which the velocity per force of a face falls to its limit, from a larger one over 1/Z.
+    """Return a step [s] at which the velocity per force of a face is within its limit.
 
-    Of a long mesh with elements h under the trapezoidal rule it is 2/sqrt(1 + (a/dt)^2), a = h/c with lumped masses.
+    ``ratio`` is that velocity over 1/Z at a step ``dt`` [s]. On a long mesh of elements h under the trapezoidal rule it
+    is 2/sqrt(1 + (a/dt)^2), with a = h/c for lumped masses.
     """
     place, most = ((2.0 / min(each, 1.99)) ** 2 - 1.0 for each in (ratio, MAX_VELOCITY_PER_FORCE))
     return TRY * dt * math.sqrt(place / most)

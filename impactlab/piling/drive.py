@@ -1,4 +1,4 @@
-"""Driving blow after blow, each from the static rest, with residual forces, that the one before left."""
+"""Driving by several blows: each begins at the static rest after the one before, with its residual forces."""
 
 from __future__ import annotations
 
