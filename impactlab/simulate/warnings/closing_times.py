@@ -8,7 +8,7 @@ that are themselves not resolved.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from impactlab.history.base import ContactSpan, Warned
@@ -41,23 +41,19 @@ def unplaced(history: AbstractRecordedHistory) -> Iterator[Warned]:
     late, doubtful = _late(history, resolutions, periods), _doubtful(history, resolutions)
     if not late and not doubtful.passed:  # so it is of most runs: no displacement is read
         return
-    t, found = midpoints(history.duration, _instants(history)), frames(scene, touched_in(history))
+    faces = [(point.body, name) for point in scene.faces for name in moving_faces(scene, point)]
+    t = midpoints(history.duration, _instants(history, [name for _, name in faces]))
+    found = frames(scene, touched_in(history))
     motions: dict[str, dict[str, Array]] = {}  # m, of each body by channel, in the frame of the bodies that interact
-    for contact in scene.contacts:
-        for point in contact.faces:
-            for name in moving_faces(scene, point):
-                moved = in_frame(found, name, t, history.evaluate(t, name))
-                motions.setdefault(point.body, {})[name] = moved
+    for body, name in faces:
+        motions.setdefault(body, {})[name] = in_frame(found, name, t, history.evaluate(t, name))
     yield from _displaced(history, late, motions)
     yield from _chattering(doubtful, motions)
 
 
-def _instants(history: AbstractRecordedHistory) -> int:
-    """Return the number of instants at which face displacements are read.
-
-    It is no more than a short run has records.
-    """
-    records = max((each.times.size for each in history.recorded.values()), default=0)
+def _instants(history: AbstractRecordedHistory, faces: Iterable[str]) -> int:
+    """Return the number of instants at which face displacements are read, no more than a short run has records."""
+    records = max((history.recorded[name].times.size for name in faces if name in history.recorded), default=0)
     return min(INSTANTS, max(records, MIN_INSTANTS))
 
 
