@@ -78,11 +78,11 @@ def name_of(fit: Fit, path: str) -> str:
 
     A contact with a name goes by it: ``shaft.capacity``.
     """
-    paths = said = [each.path for each in fit.parameters]
+    paths = named = [each.path for each in fit.parameters]
     for number, block in enumerate(fit.case.checked.contacts):
         if block.name:
-            said = [each.replace(f"contacts.{number}.law.", f"{block.name}.") for each in said]
-    return short_names(said)[paths.index(path)]
+            named = [each.replace(f"contacts.{number}.law.", f"{block.name}.") for each in named]
+    return short_names(named)[paths.index(path)]
 
 
 def unit_of(unit: str, value: float) -> Unit:
