@@ -51,7 +51,7 @@ class Step(NamedTuple):
 
     free: Kernel  # free(parameters, state): a step without contact, in place
     measure: Kernel  # measure(parameters, state, out): energy [J] as the scheme conserves it, work of the load [J], and
-    #                  momentum [N s] beyond that of the model's momentum row (0 as a rule)
+    #                  momentum [N s]: all of it with `whole_momentum`, else that beyond the model's momentum row
     parameters: Array  # (n_parameters,)
     load: slice  # of the parameters
     state: Array  # (n_state,) at t = 0; entries that `derive` writes may be zero
@@ -60,6 +60,7 @@ class Step(NamedTuple):
     force: Callable[[Array], Array] | None = None  # state after a step per force, (n_ports, n_state), from velocity per
     #                                  impulse (n_ports, n_dof); None: that of a step from rest with the force as a load
     losses: Losses | None = None  # None: dashpots lose c [length]^2/dt
+    whole_momentum: bool = False  # whether `measure` gives all of the momentum; the model's row is not used then
 
 
 def fault_of_step(step: Step, n_dof: int) -> str:
@@ -118,6 +119,7 @@ class Stepper(NamedTuple):
     load: slice | None = None  # set where the columns of a linear body are derived again for a step that is cut
     columns: Kernel | None = None  # columns(parameters, state, jump, responses): rewrite them, flat
     losses: Losses | None = None
+    whole_momentum: bool = False
 
 
 class AbstractScheme(ABC):
@@ -229,6 +231,7 @@ class AbstractIntegrator(AbstractScheme):
             retime=step.retime if self.any_dt else None,
             load=step.load if self.any_dt else None,
             losses=step.losses,
+            whole_momentum=step.whole_momentum,
         )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from impactlab.errors import PairingError
 from impactlab.integrators import beam_steps
 from impactlab.integrators.base import AbstractIntegrator, Step
-from impactlab.integrators.chain_steps import energy_of_chain, step_chain
+from impactlab.integrators.chain_steps import measure_chain, step_chain
 from impactlab.integrators.flat_matrices import NOTHING, has_coupled_damping
 from impactlab.integrators.leapfrog_factors import (
     BANDWIDTH,
@@ -20,6 +20,7 @@ from impactlab.integrators.leapfrog_factors import (
     GROUNDED,
     LOAD,
     LOADED,
+    LUMPED,
     RARE,
     SOFT,
     N,
@@ -120,23 +121,25 @@ def free_rigid(parameters: Array, state: Array) -> None:
 
 
 def measure_rigid(parameters: Array, state: Array, out: Array) -> None:
-    """Write the energy of such a coordinate and the work of its load [J].
+    """Write the energy of such a coordinate, the work of its load [J], and m v if that is the momentum [N s].
 
     The energy is m v^2/2.
     """
-    out[0] = 0.5 * parameters[MASS_OF_ONE] * state[1] * state[1]
-    out[1] = parameters[LOAD] * (state[0] - 0.5 * parameters[DT] * state[1])
+    momentum = parameters[MASS_OF_ONE] * state[1]
+    out[0], out[1] = 0.5 * momentum * state[1], parameters[LOAD] * (state[0] - 0.5 * parameters[DT] * state[1])
+    if parameters[LUMPED] != 0.0:
+        out[2] = momentum
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
-    """Write the energy that leapfrog conserves and the work of its load [J].
+    """Write the energy that leapfrog conserves, the work of its load [J], and M v if that is the momentum [N s].
 
     The energy is v M v/2 + u_old K u/2.
     """
     n, bandwidth, dt = int(parameters[N]), int(parameters[BANDWIDTH]), parameters[DT]
     load, _, chain, _, ground, mass, bands = split(parameters)
     u, v = window(state, 0, n), window(state, n, n)
-    energy, work = 0.0, 0.0
+    energy = work = momentum = 0.0
     if parameters[SOFT] != 0.0:
         for i in range(n):
             energy -= 0.5 * parameters[SOFT] * mass[i] * (u[i] - dt * v[i]) * u[i]
@@ -147,10 +150,12 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
         for i in range(n):
             work += load[i] * (u[i] - 0.5 * dt * v[i])
     if bandwidth == 1 and n > 1:
-        energy += 0.5 * energy_of_chain(bands, mass, chain, dt, u, v)
+        twice, momentum = measure_chain(bands, mass, chain, dt, u, v)
+        energy += 0.5 * twice
     else:
         for i in range(n):
             energy += 0.5 * mass[i] * v[i] * v[i]
+            momentum += mass[i] * v[i]
     if bandwidth > 1:
         for offset in range(1, bandwidth + 1):
             band = bands[(offset - 1) * n : offset * n]
@@ -158,6 +163,8 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
                 stretch = u[i + offset] - u[i]
                 energy -= 0.5 * band[i] * (stretch - dt * (v[i + offset] - v[i])) * stretch
     out[0], out[1] = energy, work
+    if parameters[LUMPED] != 0.0:
+        out[2] = momentum
 
 
 @final
@@ -196,9 +203,10 @@ class CentralDifference(AbstractIntegrator):
         n_dof, bandwidth = system.load.size, system.stiffness.shape[0] - 1
         pulled = multiply(system.stiffness, system.displacement) if np.count_nonzero(system.displacement) else NOTHING
         state, each = np.zeros(2 * n_dof), np.zeros((4, n_dof))
-        rows = system.load, system.mass[0], system.damping[0], pulled, system.displacement, system.velocity
+        momentum = NOTHING if system.momentum is None or system.beam_elements is not None else system.momentum
+        rows = system.load, system.mass[0], momentum, system.damping[0], pulled, system.displacement, system.velocity
         flags = addresses.entered(write_factors, dt, *map(np.ascontiguousarray, rows), each, state)
-        damped, loaded = flags % 2 == 1, flags > 1
+        damped, loaded, lumped = flags & 1 != 0, flags & 2 != 0, flags & 4 != 0
         if system.beam_elements is not None:
             return Step(
                 free=beam_steps.free,
@@ -210,7 +218,7 @@ class CentralDifference(AbstractIntegrator):
         bands = system.stiffness[1:].ravel()
         springs = bands if bandwidth == 1 and n_dof > 1 else NOTHING
         parameters = np.zeros(LOAD + 6 * n_dof + 1 + 2 * springs.size)
-        parameters[:LOAD] = n_dof, bandwidth, dt, damped, 0.0, system.softening, 0.0, loaded
+        parameters[:LOAD] = n_dof, bandwidth, dt, damped, 0.0, system.softening, 0.0, lumped, loaded
         size = addresses.entered(write_chain, parameters, each, springs, system.supports())
         parameters = parameters[:size] if springs.size else np.concatenate((parameters, bands))
         rigid = n_dof == 1 and parameters[RARE] == 0.0
@@ -220,4 +228,5 @@ class CentralDifference(AbstractIntegrator):
             parameters=parameters,
             load=slice(LOADED, LOAD + n_dof),
             state=state,
+            whole_momentum=lumped,
         )

@@ -124,50 +124,56 @@ def step_chain(runs: Array, gain: Array, chain: Array, dt: float, u: Array, v: A
 
 
 @UNPACK
-def energy_uniform(mass: float, spring: float, dt: float, u: Array, v: Array) -> float:
-    """Return twice the energy of equal nodes and the springs right of them [J]."""
-    count, first = v.size - 1, 0
-    speeds, stretches, step = all_lanes(0.0), all_lanes(0.0), all_lanes(dt)
-    while first + LANES <= count:  # eight nodes at a time
-        at, stretch_of = lanes_at(v, first), lanes_at(u, first + 1) - lanes_at(u, first)
-        speeds = at * at + speeds
-        stretches = (stretch_of - step * (lanes_at(v, first + 1) - at)) * stretch_of + stretches
+def measure_uniform(mass: float, spring: float, dt: float, u: Array, v: Array) -> tuple[float, float]:
+    """Return twice the energy of equal nodes, all but the first, with the springs left of them [J]; their momentum."""
+    first, step, at, speed = 1, all_lanes(dt), all_lanes(u[0]), all_lanes(v[0])
+    speeds = moving = other_moving = stretched = other_stretched = all_lanes(0.0)
+    while first + LANES <= v.size:  # eight nodes at a time, each read once; two sums in turn: each waits for its last
+        on_left, slower = at, speed
+        at, speed = lanes_at(u, first), lanes_at(v, first)
+        stretch = at - after_last(on_left, at)
+        twice = (stretch - step * (speed - after_last(slower, speed))) * stretch
+        moving, other_moving = other_moving, speed * speed + moving
+        stretched, other_stretched = other_stretched, twice + stretched
+        speeds = speeds + speed
         first += LANES
-    moving, stretched = sum_of_lanes(speeds), sum_of_lanes(stretches)
-    for i in range(first, count):
-        stretch = u[i + 1] - u[i]
-        moving += v[i] * v[i]
-        stretched += (stretch - dt * (v[i + 1] - v[i])) * stretch
-    return float(mass * moving + spring * stretched)
+    energy = mass * sum_of_lanes(moving + other_moving) + spring * sum_of_lanes(stretched + other_stretched)
+    total = sum_of_lanes(speeds)
+    for i in range(first, v.size):
+        change = u[i] - u[i - 1]
+        energy += mass * v[i] * v[i] + spring * (change - dt * (v[i] - v[i - 1])) * change
+        total += v[i]
+    return float(energy), float(mass * total)
 
 
 @UNPACK
-def energy_each(mass: Array, springs: Array, dt: float, u: Array, v: Array) -> float:
-    """Return the same of nodes that differ."""
-    energy = 0.0
-    for i in range(v.size - 1):
+def measure_each(mass: Array, springs: Array, dt: float, u: Array, v: Array) -> tuple[float, float]:
+    """Return the same of nodes that differ; ``mass`` and ``springs`` are theirs."""
+    energy = momentum = 0.0
+    for i in range(mass.size):
         stretch = u[i + 1] - u[i]
-        energy += mass[i] * v[i] * v[i] + springs[i] * (stretch - dt * (v[i + 1] - v[i])) * stretch
-    return float(energy)
+        energy += mass[i] * v[i + 1] * v[i + 1] + springs[i] * (stretch - dt * (v[i + 1] - v[i])) * stretch
+        momentum += mass[i] * v[i + 1]
+    return float(energy), float(momentum)
 
 
 @UNPACK
-def energy_of_chain(runs: Array, mass: Array, chain: Array, dt: float, u: Array, v: Array) -> float:
-    """Return twice the energy that leapfrog conserves in a chain [J].
+def measure_chain(runs: Array, mass: Array, chain: Array, dt: float, u: Array, v: Array) -> tuple[float, float]:
+    """Return twice the energy that leapfrog conserves in a chain [J], and its momentum [N s].
 
-    It is v M v + u_old K u.
+    They are v M v + u_old K u and the sum of M v.
     """
-    last = u.size - 1
-    energy = mass[last] * v[last] * v[last]
+    last, done, momentum = u.size - 1, 0, mass[0] * v[0]
+    energy = momentum * v[0]
     energy += chain[0] * (u[0] - dt * v[0]) * u[0] + chain[last + 1] * (u[last] - dt * v[last]) * u[last]
-    energy += energy_each(mass, window(chain, 1, 1), dt, window(u, 0, 2), window(v, 0, 2))
-    done = 1
     for run in range(runs.size // 2):
         count = int(runs[2 * run])
         x, rate = window(u, done, count + 1), window(v, done, count + 1)
         if runs[2 * run + 1] != 0.0:
-            energy += energy_uniform(mass[done], chain[done + 1], dt, x, rate)
+            of_run = measure_uniform(mass[done + 1], chain[done + 1], dt, x, rate)
         else:
-            energy += energy_each(window(mass, done, count), window(chain, done + 1, count), dt, x, rate)
-        done += count
-    return float(energy)
+            of_run = measure_each(window(mass, done + 1, count), window(chain, done + 1, count), dt, x, rate)
+        energy, momentum, done = energy + of_run[0], momentum + of_run[1], done + count
+    masses, springs = window(mass, last, 1), window(chain, last, 1)
+    of_last = measure_each(masses, springs, dt, window(u, done, 2), window(v, done, 2))
+    return float(energy + of_last[0]), float(momentum + of_last[1])

@@ -7,8 +7,8 @@ from impactlab.numerics.compiling import EXACT_ENTRY
 from impactlab.numerics.windows import window
 from impactlab.types import Array
 
-N, BANDWIDTH, DT, DAMPED, GROUNDED, SOFT, RARE, LOADED, LOAD = range(9)
-"""Places in the parameters; RARE is 1 if damped, grounded or soft.
+N, BANDWIDTH, DT, DAMPED, GROUNDED, SOFT, RARE, LUMPED, LOADED, LOAD = range(10)
+"""Places in the parameters; RARE is 1 if damped, grounded or soft, LUMPED if the masses are the momentum row.
 
 They go on with load, gain, chain of springs (n + 1,), share kept of v, ground, mass (n,), and the runs of the chain or
 wide bands."""
@@ -19,6 +19,7 @@ def write_factors(
     dt: float,
     load: Array,
     mass: Array,
+    momentum: Array,
     damping: Array,
     pulled: Array,
     displacement: Array,
@@ -30,7 +31,8 @@ def write_factors(
 
     The factors (4, n) are load, gain dt/(M + dt C/2), share kept of v, and mass. Velocities start half a step early, so
     that the first full step is centred at t = 0. ``pulled`` are the forces K u at t = 0, empty where there is no
-    displacement. Return 1 of a body that is damped, 2 of one with a load, 3 of both.
+    displacement. Return the sum of
+    1 of a body that is damped, 2 of one with a load, and 4 of one whose momentum row is its masses.
 
     A dashpot brings its coordinate to the velocity at which it holds the other forces. Over half a step the force of
     t = 0 brings it farther than that where x = dt C/(2 M) exceeds 1, as at the end of a mesh under a dashpot stiffer
@@ -39,8 +41,10 @@ def write_factors(
     element in a step. Just above x = 1 less is left, so that the velocity half a step early stays bounded.
     """
     damped = loaded = False
+    lumped = momentum.size > 0
     for i in range(load.size):
         damped, loaded = damped or damping[i] != 0.0, loaded or load[i] != 0.0
+        lumped = lumped and momentum[i] == mass[i]
     n, half_step = load.size, 0.5 * dt
     for i in range(n):
         gain, keep, half, internal = dt / mass[i], 1.0, 0.0, load[i]
@@ -55,7 +59,7 @@ def write_factors(
         if half > 1.0:
             ahead = internal / damping[i]  # of the velocity, that at which the dashpot holds the other forces
             state[n + i] = velocity[i] + ahead + ahead * min(1.0 + half, 1.0 / (half - 1.0))
-    return damped + 2 * loaded
+    return damped + 2 * loaded + 4 * lumped
 
 
 @EXACT_ENTRY

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from impactlab.integrators import central_difference
-from impactlab.integrators.chain_steps import energy_of_chain, runs_of, step_chain
+from impactlab.integrators.chain_steps import measure_chain, runs_of, step_chain
 from impactlab.numerics.compiling import ENTRY
 
-Step, Energy = Callable[..., None], Callable[..., float]
+Step, Measure = Callable[..., None], Callable[..., tuple[float, float]]
 PIECES = st.lists(
     st.tuples(st.integers(1, 30), st.floats(0.5, 2.0), st.floats(0.5, 2.0)), min_size=1, max_size=4
 )  # elements, stiffness, mass
@@ -26,9 +26,9 @@ def step_compiled(runs, gain, chain, dt, u, v):  # type: ignore[no-untyped-def]
 
 
 @ENTRY
-def energy_compiled(runs, mass, chain, dt, u, v):  # type: ignore[no-untyped-def]
-    """Return the energy that compiled code finds."""
-    return energy_of_chain(runs, mass, chain, dt, u, v)
+def measure_compiled(runs, mass, chain, dt, u, v):  # type: ignore[no-untyped-def]
+    """Return the energy and momentum that compiled code finds."""
+    return measure_chain(runs, mass, chain, dt, u, v)
 
 
 def chain_of(pieces: list[tuple[int, float, float]], seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -43,11 +43,11 @@ def chain_of(pieces: list[tuple[int, float, float]], seed: int) -> tuple[np.ndar
 
 
 @pytest.mark.parametrize(
-    ("step", "energy_of"), [(step_chain, energy_of_chain), (step_compiled, energy_compiled)], ids=["plain", "compiled"]
+    ("step", "measure"), [(step_chain, measure_chain), (step_compiled, measure_compiled)], ids=["plain", "compiled"]
 )
 @given(pieces=PIECES, seed=st.integers(0, 2**31))
 def test_one_pass_is_the_step_of_the_matrix(
-    step: Step, energy_of: Energy, pieces: list[tuple[int, float, float]], seed: int
+    step: Step, measure: Measure, pieces: list[tuple[int, float, float]], seed: int
 ) -> None:
     mass, chain = chain_of(pieces, seed)
     generator, dt = np.random.default_rng(seed), 0.3
@@ -58,8 +58,9 @@ def test_one_pass_is_the_step_of_the_matrix(
     step(runs_of(dt / mass, chain, mass), dt / mass, chain, dt, x := u.copy(), y := v.copy())
     assert np.allclose(y, rate, rtol=0.0, atol=1e-13)
     assert np.allclose(x, moved, rtol=0.0, atol=1e-13)
-    energy = energy_of(runs_of(dt / mass, chain, mass), mass, chain, dt, x, y)
+    energy, momentum = measure(runs_of(dt / mass, chain, mass), mass, chain, dt, x, y)
     assert energy == pytest.approx(float(y @ (mass * y) + u @ stiffness @ x), rel=1e-12, abs=1e-12)
+    assert momentum == pytest.approx(float(mass @ y), rel=1e-12, abs=1e-12)
 
 
 def test_a_uniform_rod_is_one_run() -> None:
@@ -82,10 +83,10 @@ def test_a_change_of_section_at_equal_wave_speed_ends_a_run() -> None:
 def test_a_rigid_body_steps_as_a_mesh_of_one_node(velocity: float, load: float, mass: float, dt: float) -> None:
     scheme = central_difference
     header = np.zeros(scheme.LOAD)
-    header[[scheme.N, scheme.DT, scheme.LOADED]] = 1.0, dt, float(load != 0.0)
+    header[[scheme.N, scheme.DT, scheme.LUMPED, scheme.LOADED]] = 1.0, dt, 1.0, float(load != 0.0)
     parameters = np.concatenate((header, [load, dt / mass], np.zeros(2), [1.0, 0.0, mass]))
     states = np.array([[0.2, velocity], [0.2, velocity]])
-    energies = np.zeros((2, 2))
+    energies = np.zeros((2, 3))
     for state, out, free, measure in (
         (states[0], energies[0], scheme.free, scheme.measure),
         (states[1], energies[1], scheme.free_rigid, scheme.measure_rigid),

@@ -36,6 +36,7 @@ class BodyRecord(ctypes.Structure):
     loads_end: int
     load_at: int  # in the parameters
     response_start: int
+    has_row: int  # 0 of a body whose momentum row is zero, as the stepper measures the momentum
     even: float  # N s, entry of the momentum row shared by all coordinates but the outer two; 0 where they differ
 
 

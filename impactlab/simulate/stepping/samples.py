@@ -42,8 +42,10 @@ def sample_bodies(m: StepArrays, in_beads: float) -> bool:
         parameters = window(m.parameters, body.parameter_start, body.parameter_end - body.parameter_start)
         m.scratch[2] = 0.0
         call(body.measure, parameters, window(m.state, body.state_start, body.state_end - body.state_start), m.scratch)
-        first, n = body.state_start + body.n_dof, body.n_dof
-        momentum = m.scratch[2] + sum_of_momenta(window(m.momentum, first, n), window(m.state, first, n), body.even)
+        momentum = m.scratch[2]
+        if body.has_row != 0:
+            first, n = body.state_start + body.n_dof, body.n_dof
+            momentum += sum_of_momenta(window(m.momentum, first, n), window(m.state, first, n), body.even)
         m.sample[row, SAMPLED + 3 * number] = m.scratch[0]
         m.sample[row, SAMPLED + 1 + 3 * number] = m.scratch[1]
         m.sample[row, SAMPLED + 2 + 3 * number] = momentum

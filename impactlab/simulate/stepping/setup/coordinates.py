@@ -90,7 +90,8 @@ def values_of(layout: Layout, models: Models, steppers: Steppers) -> Values:
     for name, model in models.items():
         row = checked_row(name, model.momentum_row(), layout.built[name].system.load.size, "momentum_row")
         start = layout.shift[name] + row.size
-        momentum[start : start + row.size] = row
+        if not steppers[name].whole_momentum:
+            momentum[start : start + row.size] = row
     each = list(steppers.values())
     parameters, of_parameters = flat([stepper.parameters for stepper in each])
     jump, of_jumps = flat([jumps_and_loads(stepper) for stepper in each])

@@ -94,12 +94,16 @@ def alone(row: int, row_start: Ints, row_index: Ints, row_value: Array) -> int:
 
 @PART
 def write_even(bodies: Sequence[BodyRecord], phased: Ints, momentum: Array) -> None:
-    """Write the momentum entry that all inner coordinates of a body share.
+    """Write whether a body has a momentum row, and the entry that all its inner coordinates share.
 
     Its outer two coordinates may differ.
     """
     for number in range(len(bodies)):
         body = bodies[number]
+        body.has_row = phased[number]
+        for i in range(body.state_start + body.n_dof, body.state_start + 2 * body.n_dof):
+            if momentum[i] != 0.0:
+                body.has_row = 1
         if body.n_dof < MIN_EVEN or phased[number] != 0:
             continue
         first, end = body.state_start + body.n_dof + 1, body.state_start + 2 * body.n_dof - 1
