@@ -122,6 +122,18 @@ class Stepper(NamedTuple):
     whole_momentum: bool = False
 
 
+def stays(ports: Array) -> Stepper:
+    """Return the stepper of a body without coordinates, such as a wall; the loop does not call it."""
+    nothing = np.zeros((len(ports), 0))
+    return Stepper(_no_step, _no_energy, np.zeros(0), np.zeros(0), nothing, nothing, nothing, nothing, ports)
+
+
+def _no_step(parameters: Array, state: Array) -> None: ...
+
+
+def _no_energy(parameters: Array, state: Array, out: Array) -> None: ...
+
+
 class AbstractScheme(ABC):
     """An integrator of a case: with fixed steps (`AbstractIntegrator`) or adaptive ones (`AbstractAdaptive`)."""
 
@@ -186,6 +198,8 @@ class AbstractIntegrator(AbstractScheme):
 
     def _prepared(self, system: Operators, ports: Array, dt: float, at_start: Array | None) -> Stepper:
         n_dof = system.load.size
+        if n_dof == 0:
+            return stays(ports)
         if at_start is None or not np.count_nonzero(at_start) or self.load_point == 0.5:
             step, loaded = self.step(system, dt), np.zeros(0)
         else:

@@ -13,6 +13,7 @@ import numpy as np
 from impactlab.models.mesh.beam_runs import BeamElements
 from impactlab.numerics.compiling import HELPER, UNPACK
 from impactlab.numerics.lanes import LANES, lanes_at, lanes_of_pairs, put_lanes, swapped
+from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 # Places in the header: size, step, marks of damping and of rotations held, coordinates before the first whole node,
@@ -27,10 +28,17 @@ def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
 
     They are load, gain dt/(M + dt C/2), share kept of v, mass, springs at rotations, and runs or elements, flat.
     """
-    n, arrays = int(parameters[N]), parameters[LOAD:]
-    rest = 4 * n + int(parameters[NODES])
-    load, gain, keep, mass = arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n], arrays[3 * n : 4 * n]
-    return load, gain, keep, mass, arrays[4 * n : rest], arrays[rest:]
+    n, nodes = int(parameters[N]), int(parameters[NODES])
+    springs = LOAD + 4 * n
+    runs = springs + nodes
+    return (
+        window(parameters, LOAD, n),
+        window(parameters, LOAD + n, n),
+        window(parameters, LOAD + 2 * n, n),
+        window(parameters, LOAD + 3 * n, n),
+        window(parameters, springs, nodes),
+        window(parameters, runs, parameters.size - runs),
+    )
 
 
 @UNPACK
@@ -113,9 +121,9 @@ def free(parameters: Array, state: Array) -> None:
     v += dt M^-1 (load - K u - C (v_old + v_new)/2), then u += dt v.
     """
     n, lead, runs = int(parameters[N]), int(parameters[LEAD]), int(parameters[RUNS])
-    ends, dt, soft = parameters[ENDS:SOFT], parameters[DT], parameters[SOFT]
+    ends, dt, soft = window(parameters, ENDS, SOFT - ENDS), parameters[DT], parameters[SOFT]
     load, gain, keep, mass, rest, table = split(parameters)
-    u, v = state[:n], state[n : 2 * n]
+    u, v = window(state, 0, n), window(state, n, n)
     if parameters[DAMPED] != 0.0:
         for i in range(n):
             v[i] *= keep[i]
@@ -124,16 +132,37 @@ def free(parameters: Array, state: Array) -> None:
         count, a, arm, b = int(table[4 * run]), table[4 * run + 1], table[4 * run + 2], table[4 * run + 3]
         v[done + 1] += gain[done + 1] * (lever - arm) * before
         lever = arm
-        before, turn = along(count, a, arm, b, u[done:], gain[done:], v[done:], before, turn)
+        before, turn = along(
+            count,
+            a,
+            arm,
+            b,
+            window(u, done, u.size - done),
+            window(gain, done, gain.size - done),
+            window(v, done, v.size - done),
+            before,
+            turn,
+        )
         done += 2 * count
     if runs == 0:
         count = int(parameters[NODES]) - 1
-        along_each(count, table, rest, u[lead:], gain[lead:], v[lead:])
+        along_each(
+            count,
+            table,
+            rest,
+            window(u, lead, u.size - lead),
+            window(gain, lead, gain.size - lead),
+            window(v, lead, v.size - lead),
+        )
         done += 2 * count
     v[done] -= gain[done] * before
     v[done + 1] += gain[done + 1] * (lever * before - turn)
     if runs > 0 and parameters[RESTED] != 0.0:
-        x, rate, push_of = u[lead:], v[lead:], gain[lead:]
+        x, rate, push_of = (
+            window(u, lead, u.size - lead),
+            window(v, lead, v.size - lead),
+            window(gain, lead, gain.size - lead),
+        )
         for k in range(rest.size):
             rate[2 * k + 1] -= push_of[2 * k + 1] * rest[k] * x[2 * k + 1]
     for end in range(2):
@@ -158,15 +187,15 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
     The energy is v M v/2 + u_old K u/2.
     """
     n, lead, runs = int(parameters[N]), int(parameters[LEAD]), int(parameters[RUNS])
-    ends, dt, soft = parameters[ENDS:SOFT], parameters[DT], parameters[SOFT]
+    ends, dt, soft = window(parameters, ENDS, SOFT - ENDS), parameters[DT], parameters[SOFT]
     load, _, _, mass, rest, table = split(parameters)
-    u, v = state[:n], state[n : 2 * n]
+    u, v = window(state, 0, n), window(state, n, n)
     energy, work, done = 0.0, 0.0, lead
     for i in range(n):
         energy += mass[i] * v[i] * v[i]
     for run in range(runs):
         count, a, arm, b = int(table[4 * run]), table[4 * run + 1], table[4 * run + 2], table[4 * run + 3]
-        x, rate = u[done:], v[done:]
+        x, rate = window(u, done, u.size - done), window(v, done, v.size - done)
         for e in range(count):
             sheared = x[2 * e + 2] - x[2 * e] - arm * (x[2 * e + 1] + x[2 * e + 3])
             bent = x[2 * e + 3] - x[2 * e + 1]
@@ -175,7 +204,7 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
             energy += a * sheared * (sheared - dt * shearing) + b * bent * (bent - dt * bending)
         done += 2 * count
     if runs == 0:
-        x, rate, count = u[lead:], v[lead:], int(parameters[NODES]) - 1
+        x, rate, count = window(u, lead, u.size - lead), window(v, lead, v.size - lead), int(parameters[NODES]) - 1
         for e in range(count):
             a, near = table[e], table[count + e]
             far, b = table[2 * count + 1 + e], table[3 * count + 1 + e]
@@ -189,7 +218,7 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
         for i in range(n):
             energy -= soft * mass[i] * u[i] * (u[i] - dt * v[i])
     if parameters[RESTED] != 0.0:
-        x, rate = u[lead:], v[lead:]
+        x, rate = window(u, lead, u.size - lead), window(v, lead, v.size - lead)
         for k in range(rest.size):
             energy += rest[k] * x[2 * k + 1] * (x[2 * k + 1] - dt * rate[2 * k + 1])
     for end in range(2):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import ENTRY, PART
+from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 
@@ -47,16 +48,16 @@ def write_columns(
     n_ports = jump.size // n
     size, length = impulse.size // n_ports, loads.size // (n_ports + 1)
     for port in range(force.size // size):
-        load, column = loads[port * length : (port + 1) * length], force[port * size : (port + 1) * size]
+        load, column = window(loads, port * length, length), window(force, port * size, size)
         for i in range(size):
             column[i] = 0.0
         exchange(parameters, load_at, load)
         call(free, parameters, column)
         exchange(parameters, load_at, load)
-    nothing = loads[n_ports * length :]
+    nothing = window(loads, n_ports * length, length)
     exchange(parameters, load_at, nothing)
     for port in range(n_ports):
-        column = impulse[port * size : (port + 1) * size]
+        column = window(impulse, port * size, size)
         for i in range(size):
             column[i] = 0.0
         for i in range(n):

@@ -22,6 +22,7 @@ from impactlab.mechanisms.steps import (
 from impactlab.models.equations import AbstractEquations, Balance
 from impactlab.numerics.addresses import entered
 from impactlab.numerics.compiling import ENTRY, PART
+from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 STRIDE = 1e-6  # s, of a central difference in time, of rates below 1/s; shorter of faster ones
@@ -38,12 +39,12 @@ def accelerate(m: Middle, time: float, forces: Array, moments: Array) -> None:
         m.y[i] = forces[i]
     for k in range(m.rates.size):
         if forces[n + k] != 0.0:
-            add(m.y, forces[n + k], m.rows[k * n : (k + 1) * n])
+            add(m.y, forces[n + k], window(m.rows, k * n, n))
     for i in range(n):
         m.a[i] = m.y[i]
     for number in range(moments.size):
         d = driven(m.drives, number)
-        add(m.a, -driven_acceleration(m.drives, number, time), m.mass[d * n : (d + 1) * n])
+        add(m.a, -driven_acceleration(m.drives, number, time), window(m.mass, d * n, n))
     for number in range(moments.size):
         m.a[driven(m.drives, number)] = driven_acceleration(m.drives, number, time)
     factorise(m, m.bare, 0.0)

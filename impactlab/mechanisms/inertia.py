@@ -39,19 +39,20 @@ from impactlab.mechanisms.layout import (
     dot,
     times,
 )
-from impactlab.numerics.compiling import MERGED
+from impactlab.numerics.compiling import PART
+from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 
-@MERGED
+@PART
 def contract(k: Constants, w: Work, p: Array, v: Array, na: int, all_of_it: bool) -> None:
     """Write the products of the integrals with amplitudes p and rates v.
 
     They are those of the shapes, psi's before phi's. If not ``all_of_it``, S q at the end only.
     """
-    a, a1, q, q1 = p[:na], v[:na], p[na:], v[na:]
+    a, a1, q, q1 = window(p, 0, na), window(v, 0, na), window(p, na, p.size - na), window(v, na, v.size - na)
     if not all_of_it:
-        contracted(k.s, w.s.size, q, w.s[: q.size])
+        contracted(k.s, w.s.size, q, window(w.s, 0, q.size))
         return
     contracted(k.s, w.s.size, q, w.s)
     contracted(k.s, w.s.size, q1, w.sd)
@@ -61,32 +62,39 @@ def contract(k: Constants, w: Work, p: Array, v: Array, na: int, all_of_it: bool
     times(k.aa, a1, w.ed)
     contracted(k.ab, q.size, a, w.stretched)
     contracted(k.ab, q.size, a1, w.stretched1)
-    contracted(w.s[3 * q.size :], q.size, a, w.thrown)
+    contracted(window(w.s, 3 * q.size, w.s.size - 3 * q.size), q.size, a, w.thrown)
 
 
-@MERGED
+@PART
 def stretching(k: Constants, w: Work, p: Array, v: Array, na: int, th1: float, th2: float) -> None:
     """Write the rows of the axial shapes: integrals, coupling with the angle, forces."""
-    a, q, q1 = p[:na], p[na:], v[na:]
+    a, q, q1 = window(p, 0, na), window(p, na, p.size - na), window(v, na, v.size - na)
     nb = q.size
     for i in range(na):
         row = (3 + i) * nb
-        zq, zdd = dot(w.s[row : row + nb], q), dot(w.sd[row : row + nb], q1)
+        zq, zdd = dot(window(w.s, row, nb), q), dot(window(w.sd, row, nb), q1)
         w.i_e[i], w.i_n[i] = k.a0[i], 0.0
         w.mt[i] = -w.aq[i]
         inertia = -zdd - 2.0 * th1 * w.ad[i] - th1 * th1 * (k.a1[i] + w.ea[i] - 0.5 * zq) - th2 * w.aq[i]
-        w.hf[i] = inertia + dot(k.ka[i * na : (i + 1) * na], a)
+        w.hf[i] = inertia + dot(window(k.ka, i * na, na), a)
 
 
-@MERGED
+@PART
 def bending(k: Constants, w: Work, p: Array, na: int, th1: float, th2: float) -> None:
     """Write the rows of the bending shapes.
 
     Kinetic energy of third order in them is left out, as is the stiffness of the same order.
     """
-    q = p[na:]
+    q = window(p, na, p.size - na)
     nb = q.size
-    i_e, i_n, mt, hf, y0, y1 = w.i_e[na:], w.i_n[na:], w.mt[na:], w.hf[na:], w.s[nb : 2 * nb], w.s[2 * nb : 3 * nb]
+    i_e, i_n, mt, hf, y0, y1 = (
+        window(w.i_e, na, w.i_e.size - na),
+        window(w.i_n, na, w.i_n.size - na),
+        window(w.mt, na, w.mt.size - na),
+        window(w.hf, na, w.hf.size - na),
+        window(w.s, nb, nb),
+        window(w.s, 2 * nb, nb),
+    )
     for i in range(nb):
         i_e[i], i_n[i] = -y0[i], k.b0[i]
         mt[i] = k.b1[i] + w.stretched[i]
@@ -94,33 +102,33 @@ def bending(k: Constants, w: Work, p: Array, na: int, th1: float, th2: float) ->
         hf[i] = inertia + k.kb[i] * q[i]
 
 
-@MERGED
+@PART
 def spun(k: Constants, w: Work, p: Array, v: Array, na: int) -> tuple[float, float]:
     """Return the integrals of xi^2 beyond that of x^2, and of xi xi'."""
-    a, a1, q, q1 = p[:na], v[:na], p[na:], v[na:]
+    a, a1, q, q1 = window(p, 0, na), window(v, 0, na), window(p, na, p.size - na), window(v, na, v.size - na)
     nb = q.size
-    y1 = w.s[2 * nb : 3 * nb]
+    y1 = window(w.s, 2 * nb, nb)
     square = 2.0 * dot(k.a1, a) + dot(w.ea, a) - dot(y1, q)
     change = dot(k.a1, a1) + dot(w.ed, a) - dot(y1, q1)
     for i in range(na):
-        row = w.s[(3 + i) * nb : (4 + i) * nb]
+        row = window(w.s, (3 + i) * nb, nb)
         zq = dot(row, q)
         square -= a[i] * zq
         change -= a[i] * dot(row, q1) + 0.5 * a1[i] * zq
     return square, change
 
 
-@MERGED
+@PART
 def add_own_mass(
     mass: Array, n: int, first: int, k: Constants, w: Work, end: PlaceNumbers, heavy: float, na: int
 ) -> None:
     """Add the mass of the shapes among themselves, with a point of mass ``heavy`` [kg]."""
     m, nb = end.along.size, end.along.size - na
     for i in range(m):
-        row = mass[(first + i) * n + first : (first + i) * n + first + m]
+        row = window(mass, (first + i) * n + first, m)
         if i < na:
-            add(row[:na], 1.0, k.aa[i * na : (i + 1) * na])
-            add(row[na:], -1.0, w.s[(3 + i) * nb : (4 + i) * nb])
+            add(window(row, 0, na), 1.0, window(k.aa, i * na, na))
+            add(window(row, na, row.size - na), -1.0, window(w.s, (3 + i) * nb, nb))
         else:
             row[i] += k.bb[i - na]
             for j in range(na):
@@ -131,7 +139,7 @@ def add_own_mass(
                 row[j] += along * end.along[j] + across * end.across[j]
 
 
-@MERGED
+@PART
 def add_outer(mass: Array, w: Work, turn: Array, led: int, reach: int) -> None:
     """Add a b^T + b a^T to the mass matrix.
 
@@ -141,16 +149,16 @@ def add_outer(mass: Array, w: Work, turn: Array, led: int, reach: int) -> None:
     """
     n = turn.size
     for i in range(led):
-        row, e, across, angle = mass[i * n : i * n + reach], w.row_e[i], w.row_n[i], turn[i]
+        row, e, across, angle = window(mass, i * n, reach), w.row_e[i], w.row_n[i], turn[i]
         for j in range(reach):
             row[j] += e * w.all_e[j] + across * w.all_n[j] + angle * w.all_t[j]
     for i in range(reach):
-        row, e, across, angle = mass[i * n : i * n + led], w.all_e[i], w.all_n[i], w.all_t[i]
+        row, e, across, angle = window(mass, i * n, led), w.all_e[i], w.all_n[i], w.all_t[i]
         for j in range(led):
             row[j] += e * w.row_e[j] + across * w.row_n[j] + angle * turn[j]
 
 
-@MERGED
+@PART
 def add_link(
     P: Array,
     link: int,
@@ -165,21 +173,26 @@ def add_link(
 ) -> float:
     """Add mass and forces of one link; return the work of its gravity and torque [J]."""
     na, m, first, n = int(P[link + AXIAL]), end.along.size, int(P[link + FIRST]), force.size
-    own, own1 = p[first : first + m], v[first : first + m]
+    own, own1 = window(p, first, m), window(v, first, m)
     th1, th2, heavy = P[room + TH1], P[room + TH2], P[link + END_MASS]
     stretching(k, w, own, own1, na, th1, th2)
     bending(k, w, own, na, th1, th2)
     square, change = spun(k, w, own, own1, na)
-    a, a1, q, q1 = own[:na], own1[:na], own[na:], own1[na:]
+    a, a1, q, q1 = (
+        window(own, 0, na),
+        window(own1, 0, na),
+        window(own, na, own.size - na),
+        window(own1, na, own1.size - na),
+    )
     nb = q.size
     v0, v01 = dot(k.b0, q), dot(k.b0, q1)
-    x1 = P[link + MOMENT] + dot(k.a0, a) - 0.5 * dot(w.s[nb : 2 * nb], q)
-    x11 = dot(k.a0, a1) - dot(w.s[nb : 2 * nb], q1)
+    x1 = P[link + MOMENT] + dot(k.a0, a) - 0.5 * dot(window(w.s, nb, nb), q)
+    x11 = dot(k.a0, a1) - dot(window(w.s, nb, nb), q1)
     vv, vv1, xx = 0.0, 0.0, P[link + INERTIA] + square
     for i in range(nb):
         vv += k.bb[i] * q[i] * q[i]
         vv1 += k.bb[i] * q1[i] * q[i]
-    shorter2 = dot(w.sd[nb : 2 * nb], q1)  # q'.S0 q'
+    shorter2 = dot(window(w.sd, nb, nb), q1)  # q'.S0 q'
     # forces along e, across it and about the origin, of rates and of the acceleration of the angle
     f_e = -shorter2 - 2.0 * th1 * v01 - th1 * th1 * x1 - th2 * v0
     f_n = 2.0 * th1 * x11 - th1 * th1 * v0 + th2 * x1
@@ -207,17 +220,17 @@ def add_link(
     add(w.hf, n0, w.i_n)
     # over the coordinates of the chain
     rows = room + ROWS
-    r_x, r_y, turn = P[rows : rows + n], P[rows + n : rows + 2 * n], P[rows + 2 * n : rows + 3 * n]
+    r_x, r_y, turn = window(P, rows, n), window(P, rows + n, n), window(P, rows + 2 * n, n)
     for i in range(n):
         w.row_e[i], w.row_n[i] = c * r_x[i] + s * r_y[i], c * r_y[i] - s * r_x[i]
         w.all_e[i] = 0.5 * total * w.row_e[i] + of_e * turn[i]
         w.all_n[i] = 0.5 * total * w.row_n[i] + of_n * turn[i]
         w.all_t[i] = 0.5 * about * turn[i]
         force[i] -= w.row_e[i] * f_e + w.row_n[i] * f_n + turn[i] * moment
-    add(w.all_e[first : first + m], 1.0, w.i_e)
-    add(w.all_n[first : first + m], 1.0, w.i_n)
-    add(force[first : first + m], -1.0, w.hf)
-    add(w.all_t[first : first + m], 1.0, w.mt)
+    add(window(w.all_e, first, m), 1.0, w.i_e)
+    add(window(w.all_n, first, m), 1.0, w.i_n)
+    add(window(force, first, m), -1.0, w.hf)
+    add(window(w.all_t, first, m), 1.0, w.mt)
     led = first + m if P[link + ANGLE] == SLIDING else first  # the angle of a link on a slide depends on its shapes
     add_outer(mass, w, turn, led, first + m)
     add_own_mass(mass, n, first, k, w, end, heavy, na)
@@ -227,11 +240,11 @@ def add_link(
     return float(fallen) + twist(P[link + TORQUE], k.root, P[room + TH], turn, q, first + na, force)
 
 
-@MERGED
+@PART
 def twist(torque: float, slopes: Array, angle: float, turn: Array, q: Array, at: int, force: Array) -> float:
     """Add a torque on a section of given slopes; return torque times its angle [J]."""
     if torque == 0.0:
         return 0.0
     add(force, torque, turn)
-    add(force[at : at + q.size], torque, slopes)
+    add(window(force, at, q.size), torque, slopes)
     return float(torque * (angle + dot(slopes, q)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from impactlab.numerics.compiling import PART, UNPACK
+from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 # Numbers before the links, of a link, and of a reading.
@@ -81,17 +82,17 @@ def constants(P: Array, link: int) -> Constants:
     s = c + na * nb
     e = s + (3 + na) * nb * nb
     return Constants(
-        P[a : a + na], P[a + na : a + 2 * na], P[a + 2 * na : a + 2 * na + aa], P[a + 2 * na + aa : b],
-        P[b : b + nb], P[b + nb : b + 2 * nb], P[b + 2 * nb : b + 3 * nb], P[b + 3 * nb : c],
-        P[c:s], P[s:e],
-        P[e : e + na + nb], P[e + na + nb : e + na + 2 * nb], P[e + na + 2 * nb : e + na + 3 * nb],
+        window(P, a, na), window(P, a + na, na), window(P, a + 2 * na, aa), window(P, a + 2 * na + aa, aa),
+        window(P, b, nb), window(P, b + nb, nb), window(P, b + 2 * nb, nb), window(P, b + 3 * nb, nb),
+        window(P, c, na * nb), window(P, s, (3 + na) * nb * nb),
+        window(P, e, na + nb), window(P, e + na + nb, nb), window(P, e + na + 2 * nb, nb),
     )  # fmt: skip
 
 
 @UNPACK
 def spot(P: Array, at: int, m: int) -> PlaceNumbers:
     """Return a place that is written from a number on."""
-    return PlaceNumbers(P[at : at + SPOT], P[at + SPOT : at + SPOT + m], P[at + SPOT + m : at + SPOT + 2 * m])
+    return PlaceNumbers(window(P, at, SPOT), window(P, at + SPOT, m), window(P, at + SPOT + m, m))
 
 
 @UNPACK
@@ -103,11 +104,12 @@ def work_of(P: Array, at: int, na: int, nb: int, n: int) -> Work:
     i = a + 4 * na
     r = i + 4 * m
     return Work(
-        P[at : at + rows], P[at + rows : b], P[b : b + nb], P[b + nb : b + 2 * nb], P[b + 2 * nb : a],
-        P[a : a + na], P[a + na : a + 2 * na], P[a + 2 * na : a + 3 * na], P[a + 3 * na : i],
-        P[i : i + m], P[i + m : i + 2 * m], P[i + 2 * m : i + 3 * m], P[i + 3 * m : r],
-        P[r : r + n], P[r + n : r + 2 * n], P[r + 2 * n : r + 3 * n], P[r + 3 * n : r + 4 * n],
-        P[r + 4 * n : r + 5 * n],
+        window(P, at, rows), window(P, at + rows, rows),
+        window(P, b, nb), window(P, b + nb, nb), window(P, b + 2 * nb, nb),
+        window(P, a, na), window(P, a + na, na), window(P, a + 2 * na, na), window(P, a + 3 * na, na),
+        window(P, i, m), window(P, i + m, m), window(P, i + 2 * m, m), window(P, i + 3 * m, m),
+        window(P, r, n), window(P, r + n, n), window(P, r + 2 * n, n), window(P, r + 3 * n, n),
+        window(P, r + 4 * n, n),
     )  # fmt: skip
 
 
@@ -128,7 +130,7 @@ def times(matrix: Array, x: Array, out: Array) -> None:
     """Write the product of a flat matrix and a vector."""
     n = x.size
     for i in range(out.size):
-        row = matrix[i * n : (i + 1) * n]
+        row = window(matrix, i * n, n)
         total = 0.0
         for j in range(row.size):
             total += row[j] * x[j]
@@ -163,8 +165,8 @@ def contracted(tensor: Array, stride: int, x: Array, out: Array) -> None:
         out[i] = 0.0
     for pair in range(pairs):
         at, one, two = 2 * pair * stride, x[2 * pair], x[2 * pair + 1]
-        first, second = tensor[at : at + n], tensor[at + stride : at + stride + n]
+        first, second = window(tensor, at, n), window(tensor, at + stride, n)
         for i in range(n):
             out[i] += first[i] * one + second[i] * two
     if 2 * pairs < x.size:
-        add(out, x[2 * pairs], tensor[2 * pairs * stride : 2 * pairs * stride + n])
+        add(out, x[2 * pairs], window(tensor, 2 * pairs * stride, n))

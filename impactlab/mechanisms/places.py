@@ -33,11 +33,12 @@ from impactlab.mechanisms.layout import (
     add,
     dot,
 )
-from impactlab.numerics.compiling import MERGED
+from impactlab.numerics.compiling import PART
+from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 
-@MERGED
+@PART
 def write_place(
     P: Array, link: int, shapes: Array, sq: Array, sd: Array, x: float, p: Array, v: Array, room: int, to: PlaceNumbers
 ) -> None:
@@ -46,8 +47,8 @@ def write_place(
     psi and phi there are ``shapes``, S q is ``sq``. S q' is ``sd``; where it is empty, accelerations are not needed.
     """
     na, nb, first = int(P[link + AXIAL]), int(P[link + BENDING]), int(P[link + FIRST])
-    a, a1, q, q1 = p[first : first + na], v[first : first + na], p[first + na :][:nb], v[first + na :][:nb]
-    psi, phi = shapes[:na], shapes[na : na + nb]
+    a, a1, q, q1 = window(p, first, na), window(v, first, na), window(p, first + na, nb), window(v, first + na, nb)
+    psi, phi = window(shapes, 0, na), window(shapes, na, nb)
     shorter2 = dot(sd, q1)
     xi, xi1 = x + dot(psi, a) - 0.5 * dot(sq, q), dot(psi, a1) - dot(sq, q1)
     d, d1 = dot(phi, q), dot(phi, q1)
@@ -61,7 +62,7 @@ def write_place(
     to.at[ACROSS2] = 2.0 * th1 * xi1 - th1 * th1 * d + th2 * xi
 
 
-@MERGED
+@PART
 def write_row(P: Array, link: int, room: int, place: PlaceNumbers, to_x: float, to_y: float, out: Array) -> None:
     """Write the row of a place along a direction, over the coordinates of the chain."""
     n, m, first = out.size, place.along.size, int(P[link + FIRST])
@@ -71,14 +72,14 @@ def write_row(P: Array, link: int, room: int, place: PlaceNumbers, to_x: float, 
     rows = room + ROWS
     for i in range(n):
         out[i] = 0.0
-    add(out, to_x, P[rows : rows + n])
-    add(out, to_y, P[rows + n : rows + 2 * n])
-    add(out, turn, P[rows + 2 * n : rows + 3 * n])
-    add(out[first : first + m], along, place.along)
-    add(out[first : first + m], across, place.across)
+    add(out, to_x, window(P, rows, n))
+    add(out, to_y, window(P, rows + n, n))
+    add(out, turn, window(P, rows + 2 * n, n))
+    add(window(out, first, m), along, place.along)
+    add(window(out, first, m), across, place.across)
 
 
-@MERGED
+@PART
 def slide(P: Array, link: int, room: int, n: int, end: PlaceNumbers, v: Array) -> None:
     """Write the angle of the last link that leaves its end on the slide.
 
@@ -92,10 +93,10 @@ def slide(P: Array, link: int, room: int, n: int, end: PlaceNumbers, v: Array) -
     c, s = math.cos(angle), math.sin(angle)
     lever = xi * c - d * s
     rows = room + ROWS
-    turn = P[rows + 2 * n : rows + 3 * n]
-    add(turn, -1.0 / lever, P[rows + n : rows + 2 * n])
-    add(turn[first : first + m], -s / lever, end.along)
-    add(turn[first : first + m], -c / lever, end.across)
+    turn = window(P, rows + 2 * n, n)
+    add(turn, -1.0 / lever, window(P, rows + n, n))
+    add(window(turn, first, m), -s / lever, end.along)
+    add(window(turn, first, m), -c / lever, end.across)
     rate = dot(turn, v)
     along = end.at[ALONG2] - 2.0 * rate * d1 - rate * rate * xi
     across = end.at[ACROSS2] + 2.0 * rate * xi1 - rate * rate * d
@@ -103,7 +104,7 @@ def slide(P: Array, link: int, room: int, n: int, end: PlaceNumbers, v: Array) -
     P[room + TH2] = -(P[room + Y2] + along * s + across * c) / lever
 
 
-@MERGED
+@PART
 def follow(P: Array, before: int, old: int, room: int, n: int, end: PlaceNumbers) -> None:
     """Give a link its origin: the end of the link before it."""
     c, s = P[old + COS], P[old + SIN]
@@ -112,5 +113,5 @@ def follow(P: Array, before: int, old: int, room: int, n: int, end: PlaceNumbers
     P[room + X2] = P[old + X2] + c * end.at[ALONG2] - s * end.at[ACROSS2]
     P[room + Y2] = P[old + Y2] + s * end.at[ALONG2] + c * end.at[ACROSS2]
     rows = room + ROWS
-    write_row(P, before, old, end, 1.0, 0.0, P[rows : rows + n])
-    write_row(P, before, old, end, 0.0, 1.0, P[rows + n : rows + 2 * n])
+    write_row(P, before, old, end, 1.0, 0.0, window(P, rows, n))
+    write_row(P, before, old, end, 0.0, 1.0, window(P, rows + n, n))

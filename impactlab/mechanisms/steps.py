@@ -19,6 +19,7 @@ from typing import NamedTuple
 from impactlab.mechanisms.layout import add, dot, times
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import PART, UNPACK
+from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 # Numbers of a mechanism before those of its `terms`.
@@ -64,17 +65,19 @@ def middle_of(P: Array) -> Middle:
     factor = rates + r
     x = factor + 2 * square
     return Middle(
-        P[drives:stiffness], P[stiffness:quarter], P[quarter : quarter + n], P[mass:force], P[force:rows],
-        P[rows:values], P[values:rates], P[rates:factor], P[factor : factor + square], P[factor + square : x],
-        P[x : x + n], P[x + n : x + 2 * n], P[x + 2 * n : x + 3 * n],
+        window(P, drives, stiffness - drives), window(P, stiffness, square), window(P, quarter, n),
+        window(P, mass, square), window(P, force, n), window(P, rows, r * n), window(P, values, r + 1),
+        window(P, rates, r), window(P, factor, square), window(P, factor + square, square),
+        window(P, x, n), window(P, x + n, n), window(P, x + 2 * n, n),
     )  # fmt: skip
 
 
 @PART
 def evaluate(P: Array, m: Middle, time: float, p: Array, v: Array, with_mass: bool) -> None:
     """Take the terms at a state; without the mass, readings only."""
-    mass = m.mass if with_mass else m.mass[:0]
-    own = P[int(P[OWN_AT]) : int(P[ROOM_AT])]
+    mass = m.mass if with_mass else window(m.mass, 0, 0)
+    own_at = int(P[OWN_AT])
+    own = window(P, own_at, int(P[ROOM_AT]) - own_at)
     call(int(P[TERMS]), own, time, p, v, mass, m.force, m.rows, m.values, m.rates)
 
 
@@ -107,14 +110,19 @@ def factorise(m: Middle, factor: Array, weight: float) -> None:
         for j in range(n):
             factor[d * n + j] = factor[j * n + d] = 1.0 if j == d else 0.0
     for k in range(0, n, 2):
-        first, second = factor[k * n + k : (k + 1) * n], factor[(k + 1) * n + k + 1 : (k + 2) * n]
+        first, second = window(factor, k * n + k, n - k), window(factor, (k + 1) * n + k + 1, n - k - 1)
         scale(first)
         if second.size == 0:
             break
-        add(second, -first[1], first[1:])
+        add(second, -first[1], window(first, 1, second.size))
         scale(second)
         for i in range(1, second.size):
-            row, one, two = factor[(k + 1 + i) * (n + 1) : (k + 2 + i) * n], first[1 + i :], second[i:]
+            rest = second.size - i
+            row, one, two = (
+                window(factor, (k + 1 + i) * (n + 1), rest),
+                window(first, 1 + i, rest),
+                window(second, i, rest),
+            )
             a, b = one[0], two[0]
             for j in range(row.size):
                 row[j] -= a * one[j] + b * two[j]
@@ -135,9 +143,11 @@ def solve(factor: Array, x: Array) -> None:
     n = x.size
     for i in range(n):
         x[i] *= factor[i * n + i]
-        add(x[i + 1 :], -x[i], factor[i * n + i + 1 : (i + 1) * n])
+        rest = n - i - 1
+        add(window(x, i + 1, rest), -x[i], window(factor, i * n + i + 1, rest))
     for i in range(n - 1, -1, -1):
-        x[i] = factor[i * n + i] * (x[i] - dot(factor[i * n + i + 1 : (i + 1) * n], x[i + 1 :]))
+        rest = n - i - 1
+        x[i] = factor[i * n + i] * (x[i] - dot(window(factor, i * n + i + 1, rest), window(x, i + 1, rest)))
 
 
 @PART
@@ -153,9 +163,9 @@ def take_step(P: Array, state: Array) -> None:
     m = middle_of(P)
     n, r, dt, n_drives = m.force.size, m.rates.size, P[STEP], m.drives.size // DRIVE
     weight, end = 0.25 * dt * dt, 2 * (n + r) + n
-    p, v, last = state[:n], state[n + r : 2 * n + r], state[2 * (n + r) : end]
-    booked = state[end + n_drives : end + n_drives + BOOKED]
-    older = state[end + n_drives + BOOKED :]
+    p, v, last = window(state, 0, n), window(state, n + r, n), window(state, 2 * (n + r), n)
+    booked = window(state, end + n_drives, BOOKED)
+    older = window(state, end + n_drives + BOOKED, n)
     steady = booked[2] == dt and booked[3] == dt  # a cut step marks an event, across which no line is followed
     for i in range(n):
         m.a[i] = last[i]
@@ -174,8 +184,8 @@ def take_step(P: Array, state: Array) -> None:
     for number in range(n_drives):
         given = driven_acceleration(m.drives, number, now)
         d = driven(m.drives, number)
-        add(m.a, -given, m.mass[d * n : (d + 1) * n])
-        add(m.a, -given * weight, m.stiffness[d * n : (d + 1) * n])
+        add(m.a, -given, window(m.mass, d * n, n))
+        add(m.a, -given * weight, window(m.stiffness, d * n, n))
     for number in range(n_drives):
         m.a[driven(m.drives, number)] = driven_acceleration(m.drives, number, now)
     solve(m.factor, m.a)
@@ -189,7 +199,7 @@ def take_step(P: Array, state: Array) -> None:
     for i in range(n):
         m.x[i] = dt * v[i] + 0.5 * dt * dt * m.a[i]  # moved in the step
     for k in range(r):
-        row = m.rows[k * n : (k + 1) * n]
+        row = window(m.rows, k * n, n)
         state[n + k] += dot(row, m.x)
         state[2 * n + r + k] += dt * dot(row, m.a)
     for i in range(n):
@@ -203,18 +213,18 @@ def take_step(P: Array, state: Array) -> None:
 def moment_of(m: Middle, d: int, weight: float, a: Array) -> float:
     """Return the inertia force on the coordinate of a drive, of accelerations."""
     n = a.size
-    return dot(m.mass[d * n : (d + 1) * n], a) + weight * dot(m.stiffness[d * n : (d + 1) * n], a)
+    return dot(window(m.mass, d * n, n), a) + weight * dot(window(m.stiffness, d * n, n), a)
 
 
 @PART
 def write_response(m: Middle, moved: Array, displacement: float, velocity: float, a: Array, keep: float) -> None:
     """Add the state at the step's end by an acceleration or a velocity jump."""
     n, r = a.size, m.rates.size
-    add(moved[:n], displacement, a)
-    add(moved[n + r : 2 * n + r], velocity, a)
-    add(moved[2 * (n + r) : 2 * (n + r) + n], keep, a)
+    add(window(moved, 0, n), displacement, a)
+    add(window(moved, n + r, n), velocity, a)
+    add(window(moved, 2 * (n + r), n), keep, a)
     for k in range(r):
-        total = dot(m.rows[k * n : (k + 1) * n], a)
+        total = dot(window(m.rows, k * n, n), a)
         moved[n + k] += displacement * total
         moved[2 * n + r + k] += velocity * total
 
@@ -255,12 +265,12 @@ def write_columns(P: Array, state: Array, jump: Array, responses: Array) -> None
         factorise(m, m.bare, 0.0)
     for port in range(ports):
         number = int(P[ports_at + port])
-        row = m.rows[number * n : (number + 1) * n]
-        write_force(P, m, state, row, responses[port * size : (port + 1) * size])
+        row = window(m.rows, number * n, n)
+        write_force(P, m, state, row, window(responses, port * size, size))
         if P[IMPULSES] == 0.0:
             continue
-        impulse = responses[(ports + port) * size : (ports + port + 1) * size]
-        projection = responses[(2 * ports + port) * size : (2 * ports + port + 1) * size]
+        impulse = window(responses, (ports + port) * size, size)
+        projection = window(responses, (2 * ports + port) * size, size)
         for i in range(n):
             m.y[i] = row[i]
         hold(m.drives, m.y)
@@ -270,12 +280,12 @@ def write_columns(P: Array, state: Array, jump: Array, responses: Array) -> None
         for number in range(n_drives):
             d = driven(m.drives, number)
             turning = state[n_dof + d] - 0.5 * dt * state[2 * n_dof + d]  # in the middle
-            impulse[end + n_drives] += (dot(m.mass[d * n : (d + 1) * n], m.y) - row[d]) * turning
-        out = jump[port * n_dof : (port + 1) * n_dof]
+            impulse[end + n_drives] += (dot(window(m.mass, d * n, n), m.y) - row[d]) * turning
+        out = window(jump, port * n_dof, n_dof)
         for i in range(n):
             out[i] = m.y[i]
         for k in range(r):
-            out[n + k] = dot(m.rows[k * n : (k + 1) * n], m.y)
+            out[n + k] = dot(window(m.rows, k * n, n), m.y)
         # an impulse acts at the start of the step: its motion is pulled back within it
         times(m.stiffness, m.y, m.x)
         for i in range(n):
@@ -291,7 +301,7 @@ def take_readings(P: Array, state: Array) -> None:
     m = middle_of(P)
     n, r = m.force.size, m.rates.size
     time = state[2 * (n + r) + n + m.drives.size // DRIVE + 1]
-    evaluate(P, m, time, state[:n], state[n + r : 2 * n + r], False)
+    evaluate(P, m, time, window(state, 0, n), window(state, n + r, n), False)
     for k in range(r):
         state[n + k], state[2 * n + r + k] = m.values[k], m.rates[k]
 
@@ -301,7 +311,7 @@ def take_energy(P: Array, state: Array, out: Array) -> None:
     """Write the energy and the work of loads and drives [J]."""
     m = middle_of(P)
     n, r = m.force.size, m.rates.size
-    p, v = state[:n], state[n + r : 2 * n + r]
+    p, v = window(state, 0, n), window(state, n + r, n)
     work = 2 * (n + r) + n + m.drives.size // DRIVE
     evaluate(P, m, state[work + 1], p, v, True)
     times(m.mass, v, m.x)

@@ -61,14 +61,15 @@ from impactlab.mechanisms.layout import (
     work_of,
 )
 from impactlab.mechanisms.places import follow, slide, write_place, write_row
-from impactlab.numerics.compiling import MERGED, PART
+from impactlab.numerics.compiling import PART
+from impactlab.numerics.windows import window
 from impactlab.types import Array
 
 
-@MERGED
+@PART
 def set_link_angle(P: Array, link: int, before: int, room: int, old: int, n: int, p: Array, v: Array) -> None:
     """Give a link the angle of its coordinate or of the end before it; on a slide, later."""
-    turn = P[room + ROWS + 2 * n : room + ROWS + 3 * n]
+    turn = window(P, room + ROWS + 2 * n, n)
     if P[link + ANGLE] == OWN:
         at = int(P[link + ANGLE_AT])
         P[room + TH], P[room + TH1] = p[at], v[at]
@@ -76,14 +77,14 @@ def set_link_angle(P: Array, link: int, before: int, room: int, old: int, n: int
     elif P[link + ANGLE] == FIXED:
         na, nb, first = int(P[before + AXIAL]), int(P[before + BENDING]), int(P[before + FIRST])
         slopes = constants(P, before).slopes
-        add(turn, 1.0, P[old + ROWS + 2 * n : old + ROWS + 3 * n])
-        add(turn[first + na : first + na + nb], 1.0, slopes)
-        P[room + TH] = P[old + TH] + P[link + TURN] + dot(slopes, p[first + na : first + na + nb])
+        add(turn, 1.0, window(P, old + ROWS + 2 * n, n))
+        add(window(turn, first + na, nb), 1.0, slopes)
+        P[room + TH] = P[old + TH] + P[link + TURN] + dot(slopes, window(p, first + na, nb))
         P[room + TH1] = dot(turn, v)
         P[room + TH2] = P[old + TH2]
 
 
-@MERGED
+@PART
 def read(P: Array, n: int, p: Array, v: Array, rows: Array, values: Array, rates: Array) -> None:
     """Write rows, values and rates of all readings."""
     size, first_room = size_of(n), int(P[ROOM_AT])
@@ -93,18 +94,18 @@ def read(P: Array, n: int, p: Array, v: Array, rows: Array, values: Array, rates
         link = int(P[LINKS_AT])
         for _ in range(int(P[reading + OF_LINK])):
             link = int(P[link + NEXT])
-        room, row = first_room + int(P[reading + OF_LINK]) * size, rows[number * n : (number + 1) * n]
+        room, row = first_room + int(P[reading + OF_LINK]) * size, window(rows, number * n, n)
         if P[reading + KIND] == SHORTENED:
             na, nb, first = int(P[link + AXIAL]), int(P[link + BENDING]), int(P[link + FIRST])
-            slopes = spot(P, room + ROWS + 3 * n, na + nb).along[na:]  # minus S q at the end
-            values[number] = -0.5 * dot(slopes, p[first + na : first + na + nb])
+            slopes = window(spot(P, room + ROWS + 3 * n, na + nb).along, na, nb)  # minus S q at the end
+            values[number] = -0.5 * dot(slopes, window(p, first + na, nb))
             for i in range(n):
                 row[i] = 0.0
-            add(row[first + na : first + na + nb], -1.0, slopes)
+            add(window(row, first + na, nb), -1.0, slopes)
             reading += READING
         elif P[reading + KIND] == TURNED:
             values[number] = P[room + TH]
-            turn = P[room + ROWS + 2 * n : room + ROWS + 3 * n]
+            turn = window(P, room + ROWS + 2 * n, n)
             for i in range(n):
                 row[i] = turn[i]
             reading += READING
@@ -115,9 +116,9 @@ def read(P: Array, n: int, p: Array, v: Array, rows: Array, values: Array, rates
             place = spot(P, room + ROWS + 3 * n, m)
             if P[reading + PLACE] != P[link + LENGTH]:
                 place = spot(P, place_at, m)
-                sq = place.along[m - nb :]
-                contracted(P[shapes + m : shapes + m + bb], nb, p[first + m - nb : first + m], sq)
-                write_place(P, link, P[shapes : shapes + m], sq, sq[:0], P[reading + PLACE], p, v, room, place)
+                sq = window(place.along, m - nb, nb)
+                contracted(window(P, shapes + m, bb), nb, window(p, first + m - nb, nb), sq)
+                write_place(P, link, window(P, shapes, m), sq, window(sq, 0, 0), P[reading + PLACE], p, v, room, place)
             write_row(P, link, room, place, P[reading + TO_X], P[reading + TO_Y], row)
             c, s = P[room + COS], P[room + SIN]
             here_x = P[room + X] + c * place.at[XI] - s * place.at[ACROSS]
@@ -157,13 +158,13 @@ def chain_terms(
             ends = spot(P, old + ROWS + 3 * n, int(P[before + AXIAL]) + int(P[before + BENDING]))
             follow(P, before, old, room, n, ends)
             ma, mb, at = int(P[before + AXIAL]), int(P[before + BENDING]), int(P[before + FIRST])
-            turn, q = P[old + ROWS + 2 * n : old + ROWS + 3 * n], p[at + ma : at + ma + mb]
+            turn, q = window(P, old + ROWS + 2 * n, n), window(p, at + ma, mb)
             done += twist(-P[link + TORQUE], constants(P, before).slopes, P[old + TH], turn, q, at + ma, force)
         set_link_angle(P, link, before, room, old, n, p, v)
         w = work_of(P, place_at, na, nb, n)
         first = int(P[link + FIRST])
-        contract(k, w, p[first : first + na + nb], v[first : first + na + nb], na, mass.size > 0)
-        sq, sd = w.s[:nb], w.sd[: nb if mass.size > 0 else 0]
+        contract(k, w, window(p, first, na + nb), window(v, first, na + nb), na, mass.size > 0)
+        sq, sd = window(w.s, 0, nb), window(w.sd, 0, nb if mass.size > 0 else 0)
         end = spot(P, room + ROWS + 3 * n, na + nb)
         write_place(P, link, k.end, sq, sd, P[link + LENGTH], p, v, room, end)
         if P[link + ANGLE] == SLIDING:

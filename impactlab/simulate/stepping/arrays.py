@@ -266,7 +266,7 @@ class StepArrays(NamedTuple):
     beads: Array  # (5, n_entries) in the layers below
     bead_contacts: Array  # (12, n_entries) in the layers below
     shared: Ints  # pairs: where the state of a bead begins that something else moves, too, and its entry
-    called: Ints  # (n_called,) numbers of the bodies that are not beads: their steppers are called
+    called: Ints  # (n_called,) numbers of the bodies whose steppers are called: all but beads and walls
     parameters: Array  # flat, of all steppers
     state: Array  # flat
     backup: Array  # room for a step to be taken again

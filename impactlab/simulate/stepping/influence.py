@@ -22,18 +22,18 @@ NO_EFFECT = 1e-20  # of a contact's effect on its own faces
 
 
 @PART
-def sum_of_row(index: Ints, value: Array, state: Array) -> float:
-    """Return a sparse row times the state.
+def sum_of_row(index: Ints, value: Array, state: Array, begin: int, end: int) -> float:
+    """Return a sparse row times the state; ``begin`` and ``end`` are those of its entries.
 
     Contiguous entries, as of modes, are read without an index.
     """
-    total, last = 0.0, index.size - 1
-    if last >= 0 and index[last] - index[0] == last:
-        part = window(state, index[0], index.size)
-        for i in range(part.size):
-            total += value[i] * part[i]
+    total, size = 0.0, end - begin
+    if size > 0 and index[end - 1] - index[begin] == size - 1:
+        part, factors = window(state, index[begin], size), window(value, begin, size)
+        for i in range(size):
+            total += factors[i] * part[i]
         return total
-    for entry in range(index.size):
+    for entry in range(begin, end):
         total += value[entry] * state[index[entry]]
     return total
 
@@ -44,7 +44,7 @@ def row_times_state(m: StepArrays, row: int) -> float:
     begin, end = m.row_start[row], m.row_start[row + 1]
     if end - begin == 1:
         return float(m.row_value[begin] * m.state[m.row_index[begin]])
-    return sum_of_row(m.row_index[begin:end], m.row_value[begin:end], m.state)
+    return sum_of_row(m.row_index, m.row_value, m.state, begin, end)
 
 
 @PART

@@ -18,6 +18,8 @@ def retime(m: StepArrays, dt: float) -> None:
     for number in range(len(m.bodies)):
         body = m.bodies[number]
         size = body.state_end - body.state_start
+        if size == 0:
+            continue
         parameters = m.parameters[body.parameter_start : body.parameter_end]
         jump = m.jump[body.jump_start : body.jump_end]
         start, length = body.response_start, body.n_ports * size

@@ -148,7 +148,7 @@ class Assembly:
         dampers, dashpots = damper_records(layout, self.integrator, state)
         return {
             "bodies": body_records(layout, values.starts),
-            "called": np.arange(layout.n_beads, len(layout.built), dtype=np.int64),
+            "called": np.array(layout.called(), np.int64),
             "parameters": values.parameters, "momentum": values.momentum, "jump": values.jump,
             "responses": values.responses, "left_out": coordinates.left_out,
             "row_start": coordinates.row_start, "row_index": coordinates.row_index,

@@ -43,6 +43,8 @@ def body_records(layout: Layout, starts: list[list[int]]) -> Sequence[BodyRecord
     parameters, jumps, responses = starts
     with ahead(lambda: kernels_of(layout)):
         for body, stepper in zip(by_name, layout.steppers.values(), strict=True):
+            if stepper.state.size == 0:  # it is not called
+                continue
             body.free, body.measure = kernel_address(stepper.free, FREE), kernel_address(stepper.measure, MEASURE)
             body.retime, body.derive = kernel_address(stepper.retime, RETIME), kernel_address(stepper.derive, DERIVE)
             body.columns = kernel_address(stepper.columns, COLUMNS)
@@ -61,6 +63,8 @@ def kernels_of(layout: Layout) -> list[Kernel]:
     """Return the kernels of all bodies."""
     found = {}
     for stepper in layout.steppers.values():
+        if stepper.state.size == 0:
+            continue
         kernels = (
             (stepper.measure, MEASURE), (stepper.columns, COLUMNS), (stepper.free, FREE), (stepper.derive, DERIVE),
             (stepper.retime, RETIME),

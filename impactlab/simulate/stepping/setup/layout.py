@@ -277,6 +277,11 @@ class Layout:
             whole[self.shift[name] : self.shift[name] + stepper.state.size] = stepper.state
         return whole
 
+    def called(self) -> list[int]:
+        """Return the numbers of the bodies whose steppers the loop calls: all but beads and bodies without state."""
+        sizes = [stepper.state.size for stepper in self.steppers.values()]
+        return [number for number in range(self.n_beads, len(sizes)) if sizes[number] > 0]
+
     def n_dof(self, body: str) -> int:
         """Return the number of coordinates of a body."""
         return self.built[body].system.load.size
