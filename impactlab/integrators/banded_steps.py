@@ -81,23 +81,23 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
     v C a + weights[1] y K y/2; the momentum row (weights[2] a + weights[3] w): see `impactlab.integrators.alpha`.
     """
     n, stiff, damped, heavy, _ = sizes(parameters)
-    weights = parameters[WEIGHTS:LOADED]
+    weights = window(parameters, WEIGHTS, LOADED - WEIGHTS)
     load, springs, masses, dashpots, row, _ = split(parameters)
-    energy = in_springs(n, stiff, springs, state[:n], state[:n]) + in_motion(n, heavy, masses, state[n : 2 * n])
+    u, v, a = window(state, 0, n), window(state, n, n), window(state, 2 * n, n)
+    energy = in_springs(n, stiff, springs, u, u) + in_motion(n, heavy, masses, v)
     if weights[0] != 0.0:
-        energy += weights[0] * in_motion(n, heavy, masses, state[2 * n : 3 * n])
+        energy += weights[0] * in_motion(n, heavy, masses, a)
         if weights[0] < 0.0 and damped >= 0:
-            energy += 2.0 * weights[0] * in_springs(n, damped, dashpots, state[n : 2 * n], state[2 * n : 3 * n])
+            energy += 2.0 * weights[0] * in_springs(n, damped, dashpots, v, a)
     if weights[1] != 0.0:
-        y = state[4 * n : 5 * n]
+        y = window(state, 4 * n, n)
         energy += weights[1] * in_springs(n, stiff, springs, y, y)
     work = 0.0
     for i in range(n):
-        work += load[i] * state[i]
+        work += load[i] * u[i]
     out[0], out[1] = energy, work
     if weights[2] != 0.0 or weights[3] != 0.0:
-        a, w = state[2 * n : 3 * n], state[3 * n : 4 * n]
-        momentum = 0.0
+        w, momentum = window(state, 3 * n, n), 0.0
         for i in range(n):
             momentum += row[i] * (weights[2] * a[i] + weights[3] * w[i])
         out[2] += momentum

@@ -47,7 +47,7 @@ def free(parameters: Array, state: Array) -> None:
     before = flush_subnormals()  # modes fade away
     n, dt, beta, gamma = int(parameters[N]), parameters[DT], parameters[BETA], parameters[GAMMA]
     load, _, damping, stiffness, pivot = split(parameters)
-    u, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
+    u, v, a = window(state, 0, n), window(state, n, n), window(state, 2 * n, n)
     old_u, old_v = dt * dt * (0.5 - beta), dt * (1.0 - gamma)
     new_u, new_v = beta * dt * dt, gamma * dt
     for i in range(n):
@@ -70,7 +70,7 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
     n, dt, beta, gamma = int(parameters[N]), parameters[DT], parameters[BETA], parameters[GAMMA]
     share = (beta - 0.5 * gamma) * dt * dt
     load, mass, damping, stiffness, _ = split(parameters)
-    u, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
+    u, v, a = window(state, 0, n), window(state, n, n), window(state, 2 * n, n)
     energy, work = 0.0, 0.0
     for i in range(n):
         energy += 0.5 * (mass[i] * (v[i] * v[i] + share * a[i] * a[i]) + stiffness[i] * u[i] * u[i])
