@@ -83,6 +83,7 @@ class Comparison:
 
     case: str
     rows: tuple[ComparedMethod, ...]
+    title: str = ""
 
     @property
     def histories(self) -> dict[str, AbstractHistory]:
@@ -116,7 +117,7 @@ class Comparison:
         return notebook.plot_comparison(self.histories, self.references)
 
     def _repr_html_(self) -> str:
-        return notebook.of_comparison(self.document, self.histories, self.references)
+        return notebook.of_comparison(self.document, self.histories, self.references, self.title)
 
     def __repr__(self) -> str:
         against = comparisons.solution_words(self.reference.name) if self.reference else "nothing"
@@ -280,7 +281,7 @@ def compare(
     with code_ahead(case, names):
         for number, name in enumerate(names):
             rows.append(_row(case, name, known, _share(progress, name, number, len(names)), frames))
-    return Comparison(case.label, tuple(rows))
+    return Comparison(case.label, tuple(rows), case.title)
 
 
 def summarised(

@@ -24,6 +24,7 @@ from impactlab.simulate.channels import AbstractRecordedHistory, Channel, Smooth
 from impactlab.types import Array
 
 SHARE = 1.0 / 3.0  # of the peak at the contact before, or of the largest force if that is less: where a pulse begins
+BY_STEPS = "Run the case with an integrator and a step, such as solve: {integrator: {kind: central_difference}, ...}."
 RIPPLE = 0.05  # of the largest force so far: a fall by less does not end a pulse
 
 
@@ -119,7 +120,7 @@ def leading_wave(
         contacts one after the other.
     """
     if not isinstance(history, AbstractRecordedHistory):
-        raise ImpactlabError("the leading wave is read from the records of a run by steps", remedy="Give such a run.")
+        raise ImpactlabError("the leading wave is read from the records of a run by steps", remedy=BY_STEPS)
     names = tuple(contact.name for contact in history.scene.contacts) if contacts is None else tuple(contacts)
     found, before = np.zeros((len(names), 2)), math.inf
     for number, name in enumerate(names):

@@ -25,7 +25,7 @@ def within_run(t: ArrayLike, duration: float) -> Array:
     except (TypeError, ValueError):
         raise ImpactlabError(
             f"{str(t)[:60]!r} is not a time or an array of times in seconds",
-            remedy="Write evaluate(t, channel): the times first, then the name of the channel.",
+            remedy="Give numbers in s, such as 1e-5, in this order: evaluate(t, channel), field(body, t, quantity).",
         ) from None
     slack = END_ROUNDING * duration
     outside = times[~((times >= -slack) & (times <= duration + slack))]
@@ -37,6 +37,15 @@ def within_run(t: ArrayLike, duration: float) -> Array:
             remedy="Give times of the run, or run the case with a longer duration.",
         )
     return np.asarray(np.clip(times, 0.0, duration))
+
+
+def check_one(channel: object) -> None:
+    """Raise `ImpactlabError` for a list of channels."""
+    if not isinstance(channel, str):
+        raise ImpactlabError(
+            f"{str(channel)[:60]!r} is not the name of one channel",
+            remedy="Give one name, such as those of history.channels(); evaluate_each(t, channels) takes several.",
+        )
 
 
 def one_time(t: ArrayLike, duration: float) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError, closest
-from impactlab.history.arguments import END_ROUNDING, one_time, places_on, within_run
+from impactlab.history.arguments import END_ROUNDING, check_one, one_time, places_on, within_run
 from impactlab.history.base import (
     AbstractHistory,
     Cost,
@@ -246,6 +246,7 @@ class AbstractRecordedHistory(AbstractHistory):
         """Raise `ImpactlabError` where a channel was not recorded."""
         if str(channel) in self.recorded:
             return
+        check_one(channel)
         names = sorted(self.recorded)
         many = f", ... ({len(names)} in all: `history.channels()`)" if len(names) > MAX_NAMED else ""
         raise ImpactlabError(
