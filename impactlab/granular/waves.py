@@ -24,6 +24,7 @@ from impactlab.simulate.channels import AbstractRecordedHistory, Channel, Smooth
 from impactlab.types import Array
 
 SHARE = 1.0 / 3.0  # of the peak at the contact before, or of the largest force if that is less: where a pulse begins
+ROW = "Give a list of names of contacts, in the order in which the wave passes them."
 BY_STEPS = "Run the case with an integrator and a step, such as solve: {integrator: {kind: central_difference}, ...}."
 RIPPLE = 0.05  # of the largest force so far: a fall by less does not end a pulse
 
@@ -122,6 +123,8 @@ def leading_wave(
     if not isinstance(history, AbstractRecordedHistory):
         raise ImpactlabError("the leading wave is read from the records of a run by steps", remedy=BY_STEPS)
     names = tuple(contact.name for contact in history.scene.contacts) if contacts is None else tuple(contacts)
+    if isinstance(contacts, str):
+        raise ImpactlabError(f"{contacts[:60]!r} is one contact, and a wave passes several", remedy=ROW)
     found, before = np.zeros((len(names), 2)), math.inf
     for number, name in enumerate(names):
         *found[number], before = _peak(history, name, until, before)

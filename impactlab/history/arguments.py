@@ -11,6 +11,8 @@ from impactlab.types import Array
 
 END_ROUNDING = 1e-9  # of duration or length: a time outside a run, a place outside a body by less is moved into it
 
+SEVERAL_TIMES = "fields_at(body, times, quantity) returns the fields at several times."
+
 
 def within_run(t: ArrayLike, duration: float) -> Array:
     """Return times as an array [s], those outside the run by rounding moved into it.
@@ -48,11 +50,20 @@ def check_one(channel: object) -> None:
         )
 
 
+def check_several(channels: object) -> None:
+    """Raise `ImpactlabError` for one name where a list of channels is needed."""
+    if isinstance(channels, str):
+        raise ImpactlabError(
+            f"{channels[:60]!r} is one channel, and evaluate_each takes a list of them",
+            remedy="Write evaluate_each(t, ['A', 'B']), or evaluate(t, 'A') of one.",
+        )
+
+
 def one_time(t: ArrayLike, duration: float) -> float:
     """Return one time of the run [s], as `within_run`; raise `ImpactlabError` for several."""
     times = within_run(t, duration)
     if times.size != 1:
-        raise ImpactlabError(f"{times.size} times are given, and a field has one", remedy="Take each field by itself.")
+        raise ImpactlabError(f"{times.size} times are given, and a field has one", remedy=SEVERAL_TIMES)
     return float(times.flat[0])
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.errors import ImpactlabError, closest
-from impactlab.history.arguments import within_run
+from impactlab.history.arguments import check_several, within_run
 from impactlab.history.energy import EnergyBook, EnergyEnds
 from impactlab.history.extremes import extremes
 from impactlab.history.instruments import Measured, measure
@@ -185,6 +185,8 @@ class AbstractHistory(Views, ABC):
 
     def evaluate_each(self, t: Array, channels: Sequence[str]) -> Array:
         """Return several channels at times t, shape (n,) [s]: shape (channels, n); see `evaluate`."""
+        check_several(channels)
+        t = np.atleast_1d(t)
         return np.array([self.evaluate(t, channel) for channel in channels]).reshape(len(channels), len(t))
 
     @abstractmethod

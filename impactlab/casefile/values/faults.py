@@ -29,6 +29,10 @@ FIX_VALUE = (
 
 ONE_VALUE = "Give one value; a sweep runs a case at several: il.sweep, or `impactlab sweep`."
 SNAPSHOTS = "Give a list of times, {every: time} or {count: number of parts}."
+ENTRIES = {
+    "contacts": "Write {between: [left, right]}, or {chain: [bodies]}; in Python il.Contact('left', 'right').",
+    "probes": "Write {body: ..., at: ..., quantity: ...}; in Python il.Probe(body, at, quantity).",
+}
 FACE = "Name a face by its body in `bodies`, such as 'rod.left'; of a mass or a wall the name alone."
 
 
@@ -134,6 +138,8 @@ def _of_wrong_type(fault: ErrorDetails, keys: list[str], names: Sequence[str]) -
         return f"{given} is not allowed here", SNAPSHOTS
     if keys[:1] == ["contacts"] and "between" in keys[2:-1]:
         return f"{given} is given where the name of a face is needed", FACE
+    if keys[:-1] == ["contacts"] or keys[:-1] == ["probes"]:
+        return text, ENTRIES[keys[0]]
     if isinstance(fault["input"], dict) and needed == "a list":
         return text, "Write it as one entry of a list, with a dash before it, or in Python [...] around it."
     if needed != _BLOCK or not names:
