@@ -40,6 +40,7 @@ from impactlab.startup.wall_time import CHOOSING, REFERENCE, spent_on
 from impactlab.types import Progress
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.figure import Figure
 
     from impactlab.exact import solve as exact
@@ -115,6 +116,10 @@ class Comparison:
             If no method ended, or there is no signal.
         """
         return notebook.plot_comparison(self.histories, self.references)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a row for each method: status, relative errors, contacts, steps, dt [s], solve_s [s]."""
+        return comparisons.to_pandas(self.document)
 
     def _repr_html_(self) -> str:
         return notebook.of_comparison(self.document, self.histories, self.references, self.title)

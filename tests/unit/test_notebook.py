@@ -87,6 +87,10 @@ def test_a_comparison_shows_its_table(case: il.Case) -> None:
     assert repr(made).splitlines()[0] == "<Comparison of 'axial_impact', errors against the exact solution"
     assert len(repr(made).splitlines()) == 4
     assert len(made.plot().axes) >= 6
+    table = made.to_pandas()
+    assert list(table.index) == ["continuous", "modal_10", "penalty"]
+    assert table["impulse"]["continuous"] == 0.0 < table["impulse"]["modal_10"] < 0.01
+    assert table["steps"]["modal_10"] * table["dt"]["modal_10"] == pytest.approx(made.histories["modal_10"].duration)
 
 
 def test_a_comparison_of_rods_shows_the_error_of_their_faces() -> None:
