@@ -9,9 +9,14 @@ from typing import TYPE_CHECKING, Any
 from impactlab.metrics.collisions import agreement_texts, agreements
 from impactlab.printing import counted
 from impactlab.report.summary import SCHEMA_VERSION, has_numbers
+from impactlab.startup.lazy import lazy
 
 if TYPE_CHECKING:
     import pandas
+
+    from impactlab.history import dataset
+else:
+    dataset = lazy("impactlab.history.dataset")
 
 
 def comparison(
@@ -32,8 +37,6 @@ def to_pandas(document: Mapping[str, Any]) -> pandas.DataFrame:
 
     Columns: status, the relative errors of the summary, periods of contact, steps, dt [s], solve_s [s].
     """
-    from impactlab.history.dataset import needed
-
     rows = {}
     for name, summary in ((row["name"], row["summary"]) for row in document["rows"]):
         errors = {key: value for key, value in (summary.get("errors") or {}).items() if key != "reference"}
@@ -42,7 +45,7 @@ def to_pandas(document: Mapping[str, Any]) -> pandas.DataFrame:
             dt, cost = summary["method"]["dt"], summary["cost"]
             rows[name] |= {"contacts": len(summary["contacts"]), "steps": cost["steps"], "dt": dt}
             rows[name]["solve_s"] = cost["solve_s"]
-    made: pandas.DataFrame = needed("pandas").DataFrame.from_dict(rows, orient="index").rename_axis("method")
+    made: pandas.DataFrame = dataset.needed("pandas").DataFrame.from_dict(rows, orient="index").rename_axis("method")
     return made
 
 
