@@ -219,6 +219,10 @@ STRUCK = {
         ({"contacts": [("hammer", "rod.left")]}, "contacts.0: a list of 2 is given where a block.*\nWrite {between: "),
         ({"contacts": [il.Contact(il.Mass(1.0), "rod.left")]}, "between.0: {kind: .*the name of a face.*\nName a face"),  # type: ignore[arg-type]
         ({"probes": ["stress:rod@0.1"]}, "probes.0: .*\nWrite {body: ..., at: ..., quantity"),
+        (
+            {"probes": [il.Probe("rod", 0.1, "deflection")]},
+            "'deflection' is not allowed here. Did you mean 'displacement'",
+        ),
         ({"snapshots": 100}, "snapshots: 100 is not allowed here\nGive a list of times"),
         ({"bodies": {"rod": il.Rod(length=[0.3, 0.4])}}, "bodies.rod.length: a list of 2 .*\nGive one value; a sweep"),  # type: ignore[arg-type]
         (
