@@ -20,6 +20,7 @@ from typer.testing import CliRunner
 import impactlab as il
 from impactlab.cli import app
 from impactlab.errors import ImpactlabError
+from impactlab.history.base import ContactSpan
 from impactlab.report.figures import animation, film_files
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -78,6 +79,13 @@ def test_a_doubtful_run_says_so_first(case: il.Case) -> None:
     history.warnings.append(il.run(case).warnings[0]._replace(code="energy_gain", text="energy <grew>"))
     text = words_of(history._repr_html_())
     assert text.index("energy_gain: energy <grew>") < text.index("duration")
+
+
+def test_a_period_of_contact_is_printed_shortly() -> None:
+    ended = ContactSpan("a|b", 0.0, 1.7794689117595018e-4, 1.248823594983464, 27237.79534827643)
+    assert repr(ended) == "ContactSpan('a|b', start=0 s, end=177.9 µs, impulse=1.249 N s, peak_force=27.24 kN)"
+    open_yet = ContactSpan("a|b", 1e-6, None, 2.0, None, 1.0, 3)
+    assert repr(open_yet) == "ContactSpan('a|b', start=1 µs, end=None, impulse=2 N s, peak_force=None, kicks=3)"
 
 
 def test_a_comparison_shows_its_table(case: il.Case) -> None:
