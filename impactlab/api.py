@@ -40,6 +40,7 @@ from impactlab.startup.wall_time import CHOOSING, REFERENCE, spent_on
 from impactlab.types import Progress
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.figure import Figure
 
     from impactlab.exact import solve as exact
@@ -83,6 +84,7 @@ class Comparison:
 
     case: str
     rows: tuple[ComparedMethod, ...]
+    title: str = ""
 
     @property
     def histories(self) -> dict[str, AbstractHistory]:
@@ -115,8 +117,12 @@ class Comparison:
         """
         return notebook.plot_comparison(self.histories, self.references)
 
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a row for each method: status, relative errors, contacts, steps, dt [s], solve_s [s]."""
+        return comparisons.to_pandas(self.document)
+
     def _repr_html_(self) -> str:
-        return notebook.of_comparison(self.document, self.histories, self.references)
+        return notebook.of_comparison(self.document, self.histories, self.references, self.title)
 
     def __repr__(self) -> str:
         against = comparisons.solution_words(self.reference.name) if self.reference else "nothing"
@@ -280,7 +286,7 @@ def compare(
     with code_ahead(case, names):
         for number, name in enumerate(names):
             rows.append(_row(case, name, known, _share(progress, name, number, len(names)), frames))
-    return Comparison(case.label, tuple(rows))
+    return Comparison(case.label, tuple(rows), case.title)
 
 
 def summarised(

@@ -84,6 +84,7 @@ OTHER_WORDS = {
     "absorbing": "infinite",
     "ball": "mass",
     "bar": "rod",
+    "deflection": "displacement",
     "encastre": "clamped",
     "explicit": "central_difference",
     "fem": "finite_element",
@@ -95,18 +96,23 @@ OTHER_WORDS = {
     "kelvin_voigt": "penalty",
     "leapfrog": "central_difference",
     "linear": "penalty",
+    "moment": "bending_moment torque",
     "non_reflecting": "infinite",
     "particle": "mass",
     "point_mass": "mass",
     "rigid": "mass addition_deletion clamped",
     "rigid_body": "mass",
+    "shear": "shear_force",
+    "sigma": "stress",
     "simply_supported": "pinned",
+    "slope": "rotation",
+    "speed": "velocity",
     "sphere": "mass",
     "spring": "penalty",
     "velocity_verlet": "central_difference",
     "verlet": "central_difference",
 }
-"""Words of other programs and of textbooks for kinds of bodies, ends and parts: those of a case."""
+"""Words of other programs and of textbooks for kinds of bodies, ends, parts and quantities: those of a case."""
 
 
 def closest(name: str, names: Iterable[str]) -> str:

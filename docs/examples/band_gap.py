@@ -25,7 +25,7 @@ print(bands, bands.gaps)
 
 # %%
 # In the case each contact begins with the overlap :math:`(F/k)^{2/3}`, so that all forces
-# balance and the chain is at rest but for the first bead. The formula of :math:`i` gives the
+# balance and the chain is at rest except for the first bead. The formula of :math:`i` gives the
 # large mass to even beads, the small one to odd beads.
 
 large, small = masses

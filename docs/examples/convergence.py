@@ -35,7 +35,8 @@ for name, (mesh, scheme, courant) in schemes.items():
         )
         found = il.run(case).evaluate(t, "position:hammer")
         errors.append(np.linalg.norm(found - truth) / np.linalg.norm(truth))
-    axis.loglog(elements, errors, "o-", label=name)
+    rate = -np.polyfit(np.log(elements), np.log(errors), 1)[0]  # of the fitted power of h
+    axis.loglog(elements, errors, "o-", label=f"{name}: rate {rate:.2f}")
 axis.set(
     xlabel="elements",
     ylabel="relative error of the displacement",

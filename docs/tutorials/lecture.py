@@ -67,7 +67,7 @@ fig.colorbar(image, label="stress  [MPa]")
 # ``history.plot_xt()`` draws this picture in one line, with several bars end to end. With the
 # file of the second tab, ``impactlab run struck.yaml --out page`` writes a page whose scene
 # moves, with a cursor that links diagram and traces, and ``impactlab animate struck.yaml -o
-# waves.gif`` (or ``waves.mp4``) films it for a slide.
+# waves.gif`` (or ``waves.mp4``) films it for a slide; so does ``history.animate("waves.gif")``.
 
 # %%
 # One blow or two?

@@ -71,7 +71,7 @@ class Rod(BodyKeys):
         repeat: int | None = None,
         **others: Any,
     ) -> None:
-        super().__init__(kind="rod", **given(locals()))
+        super().__init__(**{"kind": "rod"} | given(locals()))
 
 
 class Beam(BodyKeys):
@@ -126,7 +126,7 @@ class Beam(BodyKeys):
         repeat: int | None = None,
         **others: Any,
     ) -> None:
-        super().__init__(kind="beam", **given(locals()))
+        super().__init__(**{"kind": "beam"} | given(locals()))
 
 
 class Shaft(BodyKeys):
@@ -172,7 +172,7 @@ class Shaft(BodyKeys):
         repeat: int | None = None,
         **others: Any,
     ) -> None:
-        super().__init__(kind="shaft", **given(locals()))
+        super().__init__(**{"kind": "shaft"} | given(locals()))
 
 
 class Mass(BodyKeys):
@@ -193,14 +193,14 @@ class Mass(BodyKeys):
         repeat: int | None = None,
         **others: Any,
     ) -> None:
-        super().__init__(kind="mass", **given(locals()))
+        super().__init__(**{"kind": "mass"} | given(locals()))
 
 
 class Wall(BodyKeys):
     """A rigid body that never moves."""
 
     def __init__(self, **others: Any) -> None:
-        super().__init__(kind="wall", **others)
+        super().__init__(**{"kind": "wall"} | others)
 
 
 class Contact(BodyKeys):
@@ -287,7 +287,7 @@ class Link(BodyKeys):
     block = "LinkBlock"
 
     def __init__(self, *, length: Value, mass: Value, inertia: Value | None = None, **others: Any) -> None:
-        super().__init__(kind="link", **given(locals()))
+        super().__init__(**{"kind": "link"} | given(locals()))
 
 
 class Joint(BodyKeys):

@@ -199,7 +199,7 @@ class Case:
         ``settings`` maps dotted paths to values, or gives pairs of the two; ``by`` is the option or function that gave
         them, for messages.
         """
-        pairs = list(settings.items() if isinstance(settings, Mapping) else settings)
+        pairs = list(settings.items() if isinstance(settings, Mapping) else [None] if settings is None else settings)
         if not all(isinstance(pair, (tuple, list)) and len(pair) == 2 and isinstance(pair[0], str) for pair in pairs):
             raise CaseError(
                 "the settings are not paths with values, such as 'solve.duration' with 1e-3",

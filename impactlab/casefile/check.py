@@ -15,6 +15,7 @@ from impactlab.casefile.mechanisms import check_mechanisms, gravity_is_one, link
 from impactlab.casefile.points import find_body, place_on
 from impactlab.casefile.schema import CHOSEN, CaseBlock, Frames, ProbeBlock, RoundTrips, WallBlock
 from impactlab.casefile.text.words import listed, shown
+from impactlab.casefile.values.faults import SNAPSHOTS
 from impactlab.errors import CaseError, combined
 from impactlab.plugins import Registry
 from impactlab.scene.bodies import Table
@@ -200,7 +201,7 @@ def _one_spacing_of_snapshots(case: CaseBlock) -> None:
     if isinstance(case.snapshots, Frames) and (case.snapshots.every is None) == (case.snapshots.count is None):
         raise CaseError(
             "every and count are given together" if case.snapshots.every is not None else "the block is empty",
-            remedy="Give a list of times, {every: time} or {count: number of parts}.",
+            remedy=SNAPSHOTS,
             path="snapshots",
         )
 

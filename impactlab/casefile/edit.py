@@ -133,13 +133,13 @@ def plain(value: Any, path: str = "") -> Any:
     if isinstance(value, numbers.Real):
         return float(value)
     if isinstance(value, Mapping):
-        return {str(key): plain(inner, path) for key, inner in value.items()}
+        return {str(key): plain(inner, f"{path}.{key}" if path else str(key)) for key, inner in value.items()}
     if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "iuf":
         return Samples(value.tolist())
     if isinstance(value, Samples):
         return value
     if isinstance(value, (list, tuple)):
-        return [plain(inner, path) for inner in value]
+        return [plain(inner, f"{path}.{number}") for number, inner in enumerate(value)]
     words = (word for has, word in PARTS.items() if hasattr(value, "citations") and hasattr(value, has))
     if part := next(words, ""):
         name = getattr(value, "__name__", type(value).__name__)
@@ -152,7 +152,9 @@ def plain(value: Any, path: str = "") -> Any:
     raise CaseError(
         f"a value of type {type(value).__name__!r}. Allowed: numbers, strings, true, false, lists and mappings of "
         "these",
-        remedy="Give a value that a case file could hold.",
+        remedy="Write a formula as text, such as '1e5*sin(2*pi*t/1e-3)' of a force over time."
+        if callable(value) and not isinstance(value, type)
+        else "Give a value that a case file could hold.",
         path=path,
     )
 

@@ -6,7 +6,7 @@ from impactlab.casefile.document import Document
 from impactlab.casefile.values.faults import FIX_VALUE
 from impactlab.errors import ImpactlabError
 
-FIX_IN_PYTHON = "Fix the value. Of a case without faults case.resolved() gives every value in SI."
+FIX_IN_PYTHON = "Fix the value."
 NEW_KIND = (
     "A new kind begins a new block, without the keys of the old kind: give the kind and its "
     "keys together, as one block."

@@ -61,6 +61,5 @@ def animate(
         console.log_compiling()
         with console.progress() as show:
             history = api.run(loaded, lambda fraction: show(loaded.label, fraction), sampling.FRAMES)
-        console.say(f"drawing {out} ...")
         history.animate(out, seconds)
         console.say(f"written: {out}")

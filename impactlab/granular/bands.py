@@ -100,4 +100,5 @@ def bands(masses: ArrayLike, stiffnesses: ArrayLike, force: Size, points: int = 
         matrix[:, bead, other] -= springs[bead] * turn
         matrix[:, other, bead] -= springs[bead] * turn.conj()
     squared = np.linalg.eigvalsh(matrix / np.sqrt(m[:, None] * m[None, :]))
+    squared[0, 0] = 0.0  # all beads move together
     return Bands(phase, np.sqrt(np.maximum(squared, 0.0)).T / (2.0 * math.pi))

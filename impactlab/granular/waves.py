@@ -17,12 +17,15 @@ import numpy as np
 
 from impactlab.errors import ImpactlabError
 from impactlab.history import AbstractHistory
+from impactlab.numerics.interpolation import between
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.printing import counted
-from impactlab.simulate.channels import AbstractRecordedHistory, Channel
+from impactlab.simulate.channels import AbstractRecordedHistory, Channel, Smooth
 from impactlab.types import Array
 
 SHARE = 1.0 / 3.0  # of the peak at the contact before, or of the largest force if that is less: where a pulse begins
+ROW = "Give a list of names of contacts, in the order in which the wave passes them."
+BY_STEPS = "Run the case with an integrator and a step, such as solve: {integrator: {kind: central_difference}, ...}."
 RIPPLE = 0.05  # of the largest force so far: a fall by less does not end a pulse
 
 
@@ -97,7 +100,8 @@ def leading_wave(
 ) -> LeadingWave:
     """Return the largest force of each contact in the leading wave, and its time.
 
-    Both come from the parabola through three records. Waves that follow, such as one that comes back from a wall, do
+    Both come from the parabola through three records or, of beads with records several steps apart, from the cubic
+    between them. Waves that follow, such as one that comes back from a wall, do
     not count, even if they are larger.
 
     Parameters
@@ -117,8 +121,10 @@ def leading_wave(
         contacts one after the other.
     """
     if not isinstance(history, AbstractRecordedHistory):
-        raise ImpactlabError("the leading wave is read from the records of a run by steps", remedy="Give such a run.")
+        raise ImpactlabError("the leading wave is read from the records of a run by steps", remedy=BY_STEPS)
     names = tuple(contact.name for contact in history.scene.contacts) if contacts is None else tuple(contacts)
+    if isinstance(contacts, str):
+        raise ImpactlabError(f"{contacts[:60]!r} is one contact, and a wave passes several", remedy=ROW)
     found, before = np.zeros((len(names), 2)), math.inf
     for number, name in enumerate(names):
         *found[number], before = _peak(history, name, until, before)
@@ -126,9 +132,15 @@ def leading_wave(
     if np.any(np.diff(times) <= 0.0):
         first = int(np.argmax(np.diff(times) <= 0.0))
         arrived, then = (f"'{names[number]}' at {times[number]:.6g} s" for number in (first, first + 1))
+        apart = float(np.median(np.diff(history.recorded[f"force:{names[first]}"].times)))
+        too_few = bool(times[first] - times[first + 1] < apart)
         raise ImpactlabError(
-            f"the wave does not pass the contacts one after the other: it is at {arrived} and at {then}",
-            remedy="Give the contacts in the order in which the wave passes them, without those at an end where it is "
+            f"the wave does not pass the contacts one after the other: it is at {arrived} and at {then}"
+            + f", and records are {prefixed(apart, 's')} apart" * too_few,
+            remedy="Give so many solve.records that there are one or two for each contact that the wave passes, or "
+            "give the contacts in the order in which it passes them."
+            if too_few
+            else "Give the contacts in the order in which the wave passes them, without those at an end where it is "
             "reflected, and with `until` the time at which a wave comes back.",
         )
     return LeadingWave(names, times, found[:, 1])
@@ -151,15 +163,29 @@ def _peak(history: AbstractRecordedHistory, contact: str, until: float, before: 
             f"the force of '{contact}' has no largest value within the run",
             remedy="Give a longer duration, or leave out contacts that the wave does not reach.",
         )
-    left, top, right = (float(force) for force in forces[at - 1 : at + 2])
+    time, force = _at_top(channel, at)
+    # Of a run with more steps than records the latter are means over several: the period of contact has the peak.
+    kept = _kept(history, contact, channel, float(channel.times[at])) if until == math.inf else 0.0
+    force = kept if kept and channel.smooth is not None else max(force, kept)
+    return time, force, force - float(forces[0])
+
+
+def _at_top(channel: Channel, at: int) -> tuple[float, float]:
+    """Return instant [s] and force [N] of the peak beside record ``at``."""
+    if channel.smooth is not None:  # records several steps apart: the peak of the force that lies between them
+        times, values, rates, power = channel.smooth
+        near = slice(max(at - 2, 0), at + 2)
+        pulse = Smooth(times[near], values[near], rates[near], power)
+        instants = pulse.turning_times()
+        forces = pulse.at(between(instants, pulse.times))
+        highest = int(np.argmax(forces))
+        return float(instants[highest]), float(forces[highest])
+    left, top, right = (float(force) for force in channel.values[at - 1 : at + 2])
     slope, bend = 0.5 * (right - left), right - 2.0 * top + left
     shift = -slope / bend if bend < 0.0 else 0.0
     middles = channel.times if channel.middles is None else channel.middles  # forces are means
     step = float(middles[at + 1] - middles[at - 1]) / 2.0
-    # Of a run with more steps than records the latter are means over several: the period of contact has the peak.
-    kept = _kept(history, contact, channel, float(channel.times[at])) if until == math.inf else 0.0
-    force = max(top + 0.5 * slope * shift, kept)
-    return float(middles[at]) + shift * step, force, force - float(forces[0])
+    return float(middles[at]) + shift * step, top + 0.5 * slope * shift
 
 
 def _first_peak(rise: Array, before: float) -> int:

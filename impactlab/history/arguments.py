@@ -11,6 +11,8 @@ from impactlab.types import Array
 
 END_ROUNDING = 1e-9  # of duration or length: a time outside a run, a place outside a body by less is moved into it
 
+SEVERAL_TIMES = "fields_at(body, times, quantity) returns the fields at several times."
+
 
 def within_run(t: ArrayLike, duration: float) -> Array:
     """Return times as an array [s], those outside the run by rounding moved into it.
@@ -25,7 +27,7 @@ def within_run(t: ArrayLike, duration: float) -> Array:
     except (TypeError, ValueError):
         raise ImpactlabError(
             f"{str(t)[:60]!r} is not a time or an array of times in seconds",
-            remedy="Write evaluate(t, channel): the times first, then the name of the channel.",
+            remedy="Give numbers in s, such as 1e-5, in this order: evaluate(t, channel), field(body, t, quantity).",
         ) from None
     slack = END_ROUNDING * duration
     outside = times[~((times >= -slack) & (times <= duration + slack))]
@@ -39,11 +41,29 @@ def within_run(t: ArrayLike, duration: float) -> Array:
     return np.asarray(np.clip(times, 0.0, duration))
 
 
+def check_one(channel: object) -> None:
+    """Raise `ImpactlabError` for a list of channels."""
+    if not isinstance(channel, str):
+        raise ImpactlabError(
+            f"{str(channel)[:60]!r} is not the name of one channel",
+            remedy="Give one name, such as those of history.channels(); evaluate_each(t, channels) takes several.",
+        )
+
+
+def check_several(channels: object) -> None:
+    """Raise `ImpactlabError` for one name where a list of channels is needed."""
+    if isinstance(channels, str):
+        raise ImpactlabError(
+            f"{channels[:60]!r} is one channel, and evaluate_each takes a list of them",
+            remedy="Write evaluate_each(t, ['A', 'B']), or evaluate(t, 'A') of one.",
+        )
+
+
 def one_time(t: ArrayLike, duration: float) -> float:
     """Return one time of the run [s], as `within_run`; raise `ImpactlabError` for several."""
     times = within_run(t, duration)
     if times.size != 1:
-        raise ImpactlabError(f"{times.size} times are given, and a field has one", remedy="Take each field by itself.")
+        raise ImpactlabError(f"{times.size} times are given, and a field has one", remedy=SEVERAL_TIMES)
     return float(times.flat[0])
 
 

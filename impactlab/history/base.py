@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.errors import ImpactlabError, closest
-from impactlab.history.arguments import within_run
+from impactlab.history.arguments import check_several, within_run
 from impactlab.history.energy import EnergyBook, EnergyEnds
 from impactlab.history.extremes import extremes
 from impactlab.history.instruments import Measured, measure
 from impactlab.history.sampling import page_times
 from impactlab.history.views import Views
 from impactlab.history.waves import Waves, separated
+from impactlab.prefixes import prefixed
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array
@@ -46,6 +47,15 @@ class ContactSpan(NamedTuple):
     peak_force: float | None  # N; None where the law has no force
     first_impulse: float | None = None  # N s, impulse laws only
     kicks: int | None = None  # number of impulses, impulse laws only
+
+    def __repr__(self) -> str:
+        end = "None" if self.end is None else prefixed(self.end, "s")
+        peak = "None" if self.peak_force is None else prefixed(self.peak_force, "N")
+        kicks = "" if self.kicks is None else f", kicks={self.kicks}"
+        return (
+            f"ContactSpan({self.contact!r}, start={prefixed(self.start, 's')}, end={end}, "
+            f"impulse={prefixed(self.impulse, 'N s')}, peak_force={peak}{kicks})"
+        )
 
     def until(self, duration: float) -> float:
         """Return its end, or the end of the run while still closed [s]."""
@@ -185,6 +195,8 @@ class AbstractHistory(Views, ABC):
 
     def evaluate_each(self, t: Array, channels: Sequence[str]) -> Array:
         """Return several channels at times t, shape (n,) [s]: shape (channels, n); see `evaluate`."""
+        check_several(channels)
+        t = np.atleast_1d(t)
         return np.array([self.evaluate(t, channel) for channel in channels]).reshape(len(channels), len(t))
 
     @abstractmethod

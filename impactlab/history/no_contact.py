@@ -39,6 +39,8 @@ def no_contact(contact: str, initial_gap: float, gaps: Array, travel: float) -> 
                 "the second (for beams: below it). If they should meet, swap the two, or change the sign "
                 "of a velocity or of gravity"
             )
+        elif smallest == initial_gap == 0.0:
+            text = "the faces touch at the start, but no force reached them within the run"
     elif -smallest > NOISE_TOL * travel:
         text = f"the faces overlap by {-smallest:.2g} m at the end of the run: they meet within its last step"
     else:

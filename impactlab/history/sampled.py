@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.errors import ImpactlabError, closest
-from impactlab.history.arguments import END_ROUNDING, one_time, places_on, within_run
+from impactlab.history.arguments import END_ROUNDING, check_one, one_time, places_on, within_run
 from impactlab.history.base import (
     FIELD_POINTS,
     AbstractHistory,
@@ -94,6 +94,7 @@ class SampledHistory(AbstractHistory):
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
         times = within_run(t, self.duration)
         if str(channel) not in self.values:
+            check_one(channel)
             raise ImpactlabError(
                 f"channel '{channel}' was not kept.{closest(channel, self.values)} Kept: {', '.join(self.values)}",
                 remedy="A quantity at another place needs a probe in the case.",

@@ -17,7 +17,7 @@ from impactlab.refine.convergence import Level, Study
 from impactlab.refine.descriptions.suitable import exact_for
 from impactlab.refine.errors import not_converged
 from impactlab.refine.errors.level_errors import allowed
-from impactlab.refine.ladder import Outcome, candidate, candidates, longer, not_served, words_of_estimate
+from impactlab.refine.ladder import Outcome, candidates, not_run, not_served, words_of_estimate
 from impactlab.refine.ranking import priority
 from impactlab.refine.studies import in_turn, studies_of
 from impactlab.scene.method import Method, Simulation, laws_of
@@ -127,7 +127,7 @@ def _stepped(request: Simulation) -> Iterator[Study]:
 
 def _ladder(tried: list[Outcome], others: Iterable[Study], seconds: float, why: str) -> list[Candidate]:
     """Return candidates tried and not tried, last why the exact solver does not apply."""
-    beside = [candidate(study, None, "not run", longer(study.seconds, seconds)) for study in others]
+    beside = [not_run(study, seconds)() for study in others]
     return [*(outcome() for outcome in tried), *beside, *not_served(why)]
 
 

@@ -99,11 +99,16 @@ class Study:
         return self.description.seconds(self.next)
 
     @property
-    def expected_s(self) -> float:
-        """Predicted time of solving a run that keeps the tolerance [s]."""
+    def expected(self) -> int:
+        """Predicted fineness of a run that keeps the tolerance."""
         needed = self.wanted if self.reach is None else math.ceil(min(self.reach.needed, 1e9))
         least = self.next if self.levels else self.description.coarser(self.next)[0]  # of the first two it may do
-        return self.description.seconds(min(max(least, needed), self.description.max_fineness))
+        return min(max(least, needed), self.description.max_fineness)
+
+    @property
+    def expected_s(self) -> float:
+        """Predicted time of solving a run that keeps the tolerance [s]."""
+        return self.description.seconds(self.expected)
 
     def beside(self, level: Level) -> Level | None:
         """Return the other level whose fineness is nearest; None where there is no other."""

@@ -9,8 +9,9 @@ from functools import partial
 from impactlab.history.choice import Candidate, CandidateVerdict
 from impactlab.refine.convergence import SHOWN_SAFETY, Level, Study
 from impactlab.refine.descriptions.description import TWO_LEVEL_SAFETY, Description
-from impactlab.refine.errors.level_errors import DONE
+from impactlab.refine.errors.level_errors import DONE, MAX_CHOOSING
 from impactlab.refine.errors.smooth_touch import SAFETY_ALONE
+from impactlab.refine.ranking import MIN_GAIN
 from impactlab.simulate.checks import gain_of
 
 CHEAPEST = "the cheapest found within the tolerance"
@@ -35,21 +36,25 @@ def candidates(studies: list[Study], chosen: Study, best: Level) -> list[Outcome
         if study.closed and study.closed != DONE:
             found.append(outcome(study, None, "rejected", study.closed))
         elif not study.levels:
-            reason = longer(study.seconds, chosen.description.seconds(best.fineness))
-            found.append(outcome(study, None, "not run", reason))
+            found.append(not_run(study, chosen.description.seconds(best.fineness)))
     return found
 
 
-def longer(seconds: float, chosen: float) -> str:
-    """Return as text why a description was not run.
+def not_run(study: Study, chosen_s: float) -> Outcome:
+    """Return the record of a description that was not run.
 
-    The reason is its predicted time of solving [s], beside that of the chosen one.
+    The reason is its predicted time of solving within the tolerance, beside that of the chosen one [s], or the trials.
     """
-    return f"predicted to solve for {1e3 * seconds:.2g} ms, the chosen one for {1e3 * chosen:.2g} ms"
+    text = f"predicted to solve for {1e3 * study.expected_s:.2g} ms, the chosen one for {1e3 * chosen_s:.2g} ms"
+    if chosen_s > MIN_GAIN * study.expected_s:
+        text += f"; all trials together would take more than {MAX_CHOOSING:g} times as long"
+    elif chosen_s > study.expected_s:
+        text += f", less than {MIN_GAIN:g} times as long"
+    return partial(_described, study.description, study.expected, None, None, "not run", text)
 
 
 def candidate(study: Study, level: Level | None, verdict: CandidateVerdict, reason: str) -> Candidate:
-    """Return the record of a level, or of the next one, not run."""
+    """Return the record of a level, or of the next one."""
     return outcome(study, level, verdict, reason)()
 
 

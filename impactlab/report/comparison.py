@@ -4,11 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from impactlab.metrics.collisions import agreement_texts, agreements
 from impactlab.printing import counted
 from impactlab.report.summary import SCHEMA_VERSION, has_numbers
+from impactlab.startup.lazy import lazy
+
+if TYPE_CHECKING:
+    import pandas
+
+    from impactlab.history import dataset
+else:
+    dataset = lazy("impactlab.history.dataset")
 
 
 def comparison(
@@ -22,6 +30,23 @@ def comparison(
         "collisions": agreements(rows := list(rows)),
         "rows": [{"name": name, "summary": dict(summary)} for name, summary in rows],
     }
+
+
+def to_pandas(document: Mapping[str, Any]) -> pandas.DataFrame:
+    """Return a comparison as a table with a row for each method, in SI; needs the extra ``data``.
+
+    Columns: status, the relative errors of the summary, periods of contact, steps, dt [s], solve_s [s].
+    """
+    rows = {}
+    for name, summary in ((row["name"], row["summary"]) for row in document["rows"]):
+        errors = {key: value for key, value in (summary.get("errors") or {}).items() if key != "reference"}
+        rows[name] = {"status": summary["status"], **errors}
+        if "cost" in summary:
+            dt, cost = summary["method"]["dt"], summary["cost"]
+            rows[name] |= {"contacts": len(summary["contacts"]), "steps": cost["steps"], "dt": dt}
+            rows[name]["solve_s"] = cost["solve_s"]
+    made: pandas.DataFrame = dataset.needed("pandas").DataFrame.from_dict(rows, orient="index").rename_axis("method")
+    return made
 
 
 COLUMNS: Mapping[str, str] = {

@@ -113,6 +113,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     together, met = sentences(summary["collisions"])
     lines += [f"            {together} (each: --json)"] * bool(together)
     lines += _shortened(met, lambda each: f"  collision {each}", lambda _: " collisions", INDENT)
+    lines += _shortened([*summary.get("probes", {}).items()], _probe, lambda _: " probes", INDENT)
     lines += _at_end(summary["final"]["bodies"])
     lines += [_rotation(name, turn) for name, turn in summary.get("rotation", {}).items()]
     energy = summary["energy"]
@@ -253,6 +254,13 @@ def _listed(name: str, entries: Sequence[Mapping[str, Any]], line: Callable[[Map
         return f" {name}" + (f", impulses {_number(min(impulses))} to {_number(max(impulses))} N s" if impulses else "")
 
     return _shortened(entries, line, more, INDENT)
+
+
+def _probe(entry: tuple[str, Mapping[str, float]]) -> str:
+    """Return the range of a probe's channel in its unit."""
+    channel, ranges = entry
+    unit = UNITS.get(channel.partition(":")[0], "1")
+    return f"  probe     {channel}: {_number(ranges['min'])} to {_number(ranges['max'])}{f' {unit}' * (unit != '1')}"
 
 
 def _at_end(bodies: Mapping[str, Mapping[str, Any]]) -> list[str]:

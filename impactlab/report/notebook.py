@@ -172,7 +172,7 @@ def of_history(history: AbstractHistory) -> str:
     rows = [
         ("duration", facts.si(history.duration, "s")),
         ("solution", solved if history.dt is not None else f"exact, in {facts.si(history.cost.solve_s, 's')}"),
-        ("energy", f"gain {100.0 * book.largest_gain:.2g} %, loss {100.0 * book.largest_loss:.2g} %"),
+        ("energy", f"gain {_percent(book.largest_gain)}, loss {_percent(book.largest_loss)}"),
     ]
     warned = sorted(history.warnings, key=lambda each: each.code not in SERIOUS)
     return _block(
@@ -187,7 +187,10 @@ def of_history(history: AbstractHistory) -> str:
 
 
 def of_comparison(
-    document: Mapping[str, Any], rows: Mapping[str, AbstractHistory], references: Mapping[str, AbstractHistory]
+    document: Mapping[str, Any],
+    rows: Mapping[str, AbstractHistory],
+    references: Mapping[str, AbstractHistory],
+    title: str = "",
 ) -> str:
     """Return a comparison as HTML: table, figure, warnings."""
     headings = page_headings(document)
@@ -210,11 +213,15 @@ def of_comparison(
         f"{name}: {each.code}: {each.text}" for name, h in rows.items() for each in h.warnings if each.code in SERIOUS
     ]
     return _block(
-        _heading(str(document["case"]), f"{counted(len(document['rows']), 'method')} compared"),
+        _heading(title or str(document["case"]), f"{counted(len(document['rows']), 'method')} compared"),
         *map(_warning, serious),
         f'<div class="wide"><table><tr>{top}</tr>{"".join(lines)}</table></div>',
         _figure(lambda: plot_comparison(rows, references), "Signals of the methods"),
     )
+
+
+def _percent(share: float) -> str:
+    return f"{round(100.0 * share, 9):.2g} %"
 
 
 def _block(*parts: str) -> str:

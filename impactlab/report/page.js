@@ -14,7 +14,7 @@ const MAX_ICON = 34; // px, of a mass or a wall; less where many stand in a row
 const ICONS_SHARE = 0.7; // of the width, that masses and walls may take
 const SHORT = 0.03; // of the whole train: the load of shorter bodies does not widen the scale of colours
 const MANY = 10; // %, above which the axis of the energy balance is linear near zero only
-const ROUNDING = 1e-9; // of the axis of a signal: smaller values are shown as 0
+const ROUNDING = 1e-4; // of the axis of a signal, to which its values are rounded
 const PAD = { left: 58, right: 20, top: 14, bottom: 44 }; // px, around the diagram
 
 // ---- axes of time and place ----
@@ -219,7 +219,7 @@ function drawIcon(body, time) {
   const meets = data.contacts.some((contact) => contact.left[0] === body.name); // its face is its right side
   const x = faceOf(body, 0, time) + (meets ? icon : 0), y = axis();
   if (body.kind === "wall") hatch(x, y, HALF + 12, meets ? -1 : 1);
-  else { pen.beginPath(); pen.roundRect(meets ? x - icon + 2 : x, y - size, icon - 2, 2 * size, 3); pen.fill(); }
+  else { pen.beginPath(); pen.roundRect(meets ? x - icon + 2 : x, y - size, icon - 2, 2 * size, 3); pen.fill(); pen.strokeStyle = paper; pen.lineWidth = 1; pen.stroke(); } // apart from those beside it
 }
 const byName = Object.fromEntries(data.bodies.map((body) => [body.name, body]));
 function contactAt(contact, time) { // px of the face of a contact in the scene
@@ -433,7 +433,7 @@ function placeCursors() {
     const x = u.valToPos(state.time / clock.size, "x");
     cursor.style.transform = `translateX(${x}px)`;
     cursor.hidden = !(x >= 0 && x <= u.over.clientWidth);
-    if (values.length) { const i = Math.round((state.time / data.duration) * (grid.length - 1)); values.forEach((value, k) => { value.textContent = `${short(Math.abs(lines[k][i]) < ROUNDING * Math.max(Math.abs(u.scales.y.min), Math.abs(u.scales.y.max)) ? 0 : lines[k][i], 3)} ${size.label}`; }); }
+    if (values.length) { const i = Math.round((state.time / data.duration) * (grid.length - 1)); const step = 10 ** Math.floor(Math.log10(ROUNDING * Math.max(Math.abs(u.scales.y.min), Math.abs(u.scales.y.max)))); values.forEach((value, k) => { value.textContent = `${short(Math.round(lines[k][i] / step) * step, 3)} ${size.label}`; }); }
   }
 }
 

@@ -120,7 +120,7 @@ def _facts(page: Page, scene: Scene, left_out: str) -> list[tuple[str, str]]:
     others = "history.npz has all" if page.command == "run" else "a run of a method writes all into history.npz"
     forces = words_on_figures([trace.history for trace in page.traces], others)
     links = {link.name for trace in page.traces for link in trace.history.links}
-    drawn = (("drawn", left_out), ("forces drawn", forces))
+    drawn = (("drawn", left_out), ("signals drawn", forces))
     return [*facts.scene_facts(scene, links), *((name, words) for name, words in drawn if words)]
 
 

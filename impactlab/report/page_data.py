@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import dataclasses
 import json
 import math
 import zlib
@@ -46,7 +47,9 @@ def page_data(traces: Sequence[Trace], scene: Scene, *, compared: bool) -> str:
     histories = shown(traces)
     films = [frames(trace.history, scene) for trace in histories]
     contacts = with_figures([trace.history for trace in histories])
-    curves = panels(histories, scene, compared=compared, contacts=contacts)
+    members = {member for each in contacts for member in each.members}
+    part = dataclasses.replace(scene, contacts=tuple(each for each in scene.contacts if each.name in members))
+    curves = panels(histories, part, compared=compared, contacts=contacts)
     text, size, before = "", 0, 0
     for levels, every, instants in LEVELS:
         if every == before and size > MAX_EXCESS * MAX_DATA:

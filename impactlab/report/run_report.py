@@ -20,7 +20,7 @@ from impactlab.report.comparison import cell, comparison
 from impactlab.report.figures import fields
 from impactlab.report.figures.drawn_part import drawn_part
 from impactlab.report.figures.figure_files import FigureFiles
-from impactlab.report.figures.signals import place
+from impactlab.report.figures.signals import UNITS, in_words, place, place_in_words
 from impactlab.report.figures.style import PALETTE, Trace
 from impactlab.report.page import Page, write_page
 from impactlab.report.provenance import Provenance
@@ -167,6 +167,11 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
         )
     together, met = collision_sentences(summary["collisions"], facts.si)
     sentences += [f"{together}."] * bool(together) + [f"Collision of {each}." for each in met[:MAX_SENTENCES]]
+    for channel, ranges in list(summary["probes"].items())[:MAX_SENTENCES]:
+        quantity = channel.partition(":")[0]
+        low, high = (facts.si(ranges[name], UNITS.get(quantity, "1")) for name in ("min", "max"))
+        name = quantity.replace("_", " ").capitalize()
+        sentences.append(f"{name} of {in_words(place_in_words(channel))}: from {low} to {high}.")
     errors = summary["errors"]
     if errors and errors["mass_displacement"]:  # an exact run does not differ from itself
         off = cell(100 * errors["mass_displacement"])

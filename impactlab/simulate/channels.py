@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError, closest
-from impactlab.history.arguments import END_ROUNDING, one_time, places_on, within_run
+from impactlab.history.arguments import END_ROUNDING, check_one, check_several, one_time, places_on, within_run
 from impactlab.history.base import (
     AbstractHistory,
     Cost,
@@ -190,7 +190,9 @@ class AbstractRecordedHistory(AbstractHistory):
         return _on_slopes(values.take(step), self._slopes[channel].take(step), t - middles.take(step), pulls)
 
     def evaluate_each(self, t: Array, channels: Sequence[str]) -> Array:
-        t, found = within_run(t, self.duration), np.empty((len(channels), len(t)))
+        check_several(channels)
+        t = np.atleast_1d(within_run(t, self.duration))
+        found = np.empty((len(channels), len(t)))
         alike: dict[tuple[int, bool, int, bool], tuple[list[int], list[Channel]]] = {}
         for number, name in enumerate(channels):
             self._check_channel(name)
@@ -246,6 +248,7 @@ class AbstractRecordedHistory(AbstractHistory):
         """Raise `ImpactlabError` where a channel was not recorded."""
         if str(channel) in self.recorded:
             return
+        check_one(channel)
         names = sorted(self.recorded)
         many = f", ... ({len(names)} in all: `history.channels()`)" if len(names) > MAX_NAMED else ""
         raise ImpactlabError(

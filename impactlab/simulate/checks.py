@@ -95,7 +95,8 @@ def add_warnings(history: AbstractHistory) -> None:
         found += slow_loss(history, loss)
     found += lost_in_bonds(history, reference_energy(history))
     found += probe_oscillations.warnings(history, {each.code for each in (*found, *history.warnings)})
-    found += [*dropped_in_maps(history), *overstrained(history)]
+    exaggerated = {each.text.partition(": ")[0] for each in found if each.code == "first_force"}
+    found += [*dropped_in_maps(history), *overstrained(history, exaggerated)]
     for name, trip in round_trips_of(scene, meeting).items():
         graze = near_grazing if laws[name].answers_force else grazing_impulse
         if (text_or_none := graze(history, name, trip, history.dt or 0.0)) is not None:

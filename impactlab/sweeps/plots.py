@@ -69,6 +69,9 @@ def plot_sweep(found: xarray.Dataset, quantity: str) -> Figure:
     CaseError
         If there is no such quantity, or it has no values.
     """
+    if not hasattr(found, "data_vars"):
+        text = f"plot_sweep() takes the result of a sweep, not {type(found).__name__}"
+        raise CaseError(text, remedy="Give that of il.sweep(...) or il.open_sweep(DIR).")
     names = [name for name in found.data_vars if name not in ABOUT]
     if quantity not in names:
         text = f"the sweep has no quantity {shown(quantity)}.{closest(quantity, map(str, names))}"

@@ -28,7 +28,7 @@ from impactlab.bench.report.overview import SHADES
 from impactlab.bench.report.precision import precision
 from impactlab.bench.report.ranking import comparable, profile, ranking
 from impactlab.bench.report.read import read_table
-from impactlab.bench.report.scene_sheets import families_sheet, front_sheet, unfinished
+from impactlab.bench.report.scene_sheets import convergence_sheet, families_sheet, front_sheet, unfinished
 from impactlab.bench.report.sheets import Heading, Sheet, escaped, latex, markdown, short
 from impactlab.bench.report.special import pairs, special_grids, special_summary
 from impactlab.bench.report.summary_sheets import excluded, ranking_sheet, winners
@@ -286,6 +286,17 @@ def test_the_front_leaves_out_what_goes_without_steps(tmp_path: Path) -> None:
     assert {line[-1] for line in lines[1:]} == {"time, with and without set-up"}
 
 
+def test_the_rates_of_convergence_are_those_of_the_errors_over_the_steps(tmp_path: Path) -> None:
+    rows = [made("a", "m", n, 1.0, 0.3 * 4.0**-n, steps=100 * 2**n, impulse=1e-3 * 2.0**n) for n in range(3)]
+    [scene] = scenes_of(tmp_path, [*rows, made("a", "one", 0, 1.0, 1e-3, steps=5)])
+    sheet = convergence_sheet(scene)
+    assert [(line[0], line[3], line[5], line[7]) for line in sheet.rows] == [
+        ("m", "100", "–", "–"),
+        ("m", "200", "2.00", "\N{MINUS SIGN}1.00"),
+        ("m", "400", "2.00", "\N{MINUS SIGN}1.00"),
+    ]
+
+
 def test_methods_that_differ_by_rounding_do_not_beat_each_other(tmp_path: Path) -> None:
     rows = [made("a", "one", 0, 1.0, 1e-3), made("a", "same", 0, 1.1, 1e-3 * (1.0 - 1e-9))]
     [scene] = scenes_of(tmp_path, rows)
@@ -379,7 +390,7 @@ def test_latex_escapes_what_latex_would_read(tmp_path: Path) -> None:
 def test_every_table_is_valid_in_both_languages(tmp_path: Path) -> None:
     scenes = scenes_of(tmp_path, HAND)
     sheets = [winners(scenes), ranking_sheet(scenes, BOTH), special_grids(scenes), automatic_sheet(scenes)]
-    for sheet in [*sheets, families_sheet(scenes[0]), front_sheet(scenes[0])]:
+    for sheet in [*sheets, families_sheet(scenes[0]), front_sheet(scenes[0]), convergence_sheet(scenes[0])]:
         lines = markdown(sheet).split("\n\n")[0].splitlines()
         assert len({len(re.findall(r"(?<!\\)\|", line)) for line in lines}) == 1
         text = latex(sheet)

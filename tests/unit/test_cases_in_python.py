@@ -115,7 +115,7 @@ def test_texts_that_look_like_numbers_stay_texts() -> None:
         ({"diameter": 0.02}, "bodies.rod.diameter", "area, diameter given"),
         ({"area": "", "width": 0.02}, "bodies.rod.width", "width given"),
         ({"area": ""}, "bodies.rod.area", "missing"),
-        ({"area": object()}, "", "type 'object'"),
+        ({"area": object()}, "bodies.rod.area", "type 'object'"),
     ],
 )
 def test_errors_are_those_of_a_file(keys: dict[str, Any], path: str, words: str) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
@@ -12,6 +14,8 @@ import impactlab as il
 from impactlab import api
 from impactlab.cli import app
 from impactlab.refine import choice
+from impactlab.refine.convergence import Level, Study
+from impactlab.refine.ladder import not_run
 
 CASES = Path(__file__).parents[2] / "cases"
 PAPER = str(CASES / "axial_impact.yaml")
@@ -126,3 +130,21 @@ def test_the_table_and_the_choice_state_one_error_for_one_run(tmp_path):
     for rung in document["choice"]["ladder"]:
         if rung["estimated_error"] is not None and rung["candidate"] in rows:
             assert rows[rung["candidate"]] == rung["estimated_error"]
+
+
+@pytest.mark.parametrize(
+    ("chosen_ms", "why"),
+    [
+        (0.5, ""),
+        (1.5, ", less than 2 times as long"),
+        (3.0, "; all trials together would take more than 10 times as long"),
+    ],
+)
+def test_a_description_that_was_not_run_states_its_time_within_the_tolerance(chosen_ms: float, why: str) -> None:
+    """It stated the time of its first, coarse trial, which may be shorter than that of the chosen run."""
+    described: Any = SimpleNamespace(words=str, error=lambda n: 1.0 / n, seconds=lambda n: 1e-4 * n, max_fineness=99)
+    study = Study(described, next=2, wanted=10)
+    study.levels.append(Level(2, None))  # type: ignore[arg-type]
+    found = not_run(study, 1e-3 * chosen_ms)()
+    assert (found.candidate, found.verdict) == ("10", "not run")
+    assert found.reason == f"predicted to solve for 1 ms, the chosen one for {chosen_ms:g} ms{why}"

@@ -137,6 +137,27 @@ def test_a_row_of_beads_is_drawn_in_place_and_time() -> None:
     assert float(cells.max()) == pytest.approx(wave.forces.max(), rel=0.02)
 
 
+def test_of_a_pressed_chain_the_changes_of_force_are_drawn() -> None:
+    overlap = (20.0 / 7.69e9) ** (2.0 / 3.0)  # m, of 20 N
+    bodies = {
+        "left": il.Wall(),
+        "bead": il.Mass("4 g", velocity={"each": [0.01] + [0.0] * 7}, repeat=8),
+        "right": il.Wall(),
+    }
+    law = {"kind": "hertz", "stiffness": 7.69e9}
+    chain = il.Chain(["left", "bead", "right"], law, gap=-overlap, overlap="allowed")
+    solve = {"duration": "0.1 ms", "integrator": {"kind": "central_difference"}, "step": {"dt": "0.5 us"}}
+    figure = il.run(il.Case(bodies=bodies, contacts=[chain], solve=solve)).plot_xt()
+    cells = np.asarray(figure.axes[0].images[0].get_array())
+    # Each bead of mass m between springs k_t: the one at 0.01 m/s changes the forces beside it by 0.01 sqrt(k_t m)
+    # at most, the left one downwards.
+    impedance = math.sqrt(1.5 * 7.69e9 ** (2.0 / 3.0) * 20.0 ** (1.0 / 3.0) * 4e-3)
+    assert -0.01 * impedance < cells.min() < -0.3 * 0.01 * impedance
+    assert np.unravel_index(int(np.argmin(cells)), cells.shape)[1] == 0
+    assert float(np.abs(cells[0, 4:]).max()) < 1e-9
+    assert any("change of contact force" in axis.get_ylabel() for axis in (figure.axes[0], *figure.axes[0].child_axes))
+
+
 def test_a_pulse_that_is_narrower_than_a_cell_is_not_lost() -> None:
     """A row of 600 contacts has cells of two contacts and four instants: each wave front is in one of them."""
     case = il.Case(

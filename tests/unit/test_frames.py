@@ -51,7 +51,7 @@ def numbers(history: AbstractHistory) -> dict[str, bytes]:
     found = {name: history.evaluate(t, name).tobytes() for name in history.channels()}
     book = history.energy
     found |= {name: each.tobytes() for name, each in {**book.bodies, **book.booked, "balance": book.balance}.items()}
-    return found | {"events": repr((history.events, history.contacts, history.warnings)).encode()}
+    return found | {"events": repr((history.events, [*map(tuple, history.contacts)], history.warnings)).encode()}
 
 
 @pytest.mark.parametrize("name", [*DESCRIBED, "timoshenko"])

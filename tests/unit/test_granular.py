@@ -120,9 +120,19 @@ def test_a_wave_is_read_between_the_records() -> None:
         "bodies": {"striker": il.Mass(mass, velocity=1.0), "bead": il.Mass(mass, repeat=24)},
         "contacts": [il.Chain(["striker", "bead"], {"kind": "hertz", "stiffness": stiffness})],
     }
-    history = il.run(il.Case.from_dict({**chain, "solve": {**SOLVE, "duration": 4e-4}}))
+
+    def history_of(**solve: float) -> il.history.AbstractHistory:
+        return il.run(il.Case.from_dict({**chain, "solve": {**SOLVE, **solve}}))
+
+    history = history_of(duration=4e-4)
     wave = leading_wave(history, [contact.name for contact in history.scene.contacts][:-4])
     assert wave.speed(10, -1) == pytest.approx(wave_speed(stiffness, mass, float(wave.forces[15])), rel=1e-4)
+    # Records 8 us apart, two for each contact passed: the peaks lie between them, on the cubics.
+    coarse = leading_wave(history_of(duration=8e-4, records=100), wave.contacts)
+    assert coarse.times[2:] == pytest.approx(wave.times[2:], abs=1.5e-7)
+    assert coarse.forces == pytest.approx(wave.forces, rel=1e-3)
+    with pytest.raises(ImpactlabError, match=r"records are 100 µs apart\nGive so many solve.records"):
+        leading_wave(history_of(duration=1e-2, records=100), wave.contacts)
     with pytest.raises(ImpactlabError, match="has no largest value within the run"):
         leading_wave(history, until=1e-5)
     with pytest.raises(ImpactlabError, match=r"there is no contact 'a\|b'"):

@@ -42,6 +42,21 @@ def test_a_rod_struck_beyond_linear_theory_is_warned_of(solve):
     assert [each.code for each in fast.warnings].count("large_strain") == 1
 
 
+def test_a_first_force_that_a_mesh_exaggerates_strains_no_rod():
+    """Elements of unlike bars have unlike transit times: the end nodes are stopped by a far larger force."""
+    bodies = {
+        "striker": il.Rod(length=0.2, diameter=0.016, material="steel", velocity=10.0),
+        "bar": il.Rod(length=1.0, diameter=0.016, material="steel"),
+        "disc": il.Rod(length=0.005, diameter=0.016, material="steel", velocity=0.0),
+    }
+    faces = [("striker.right", "bar.left"), ("bar.right", "disc.left")]
+    law = {"kind": "addition_deletion"}
+    case = il.Case(bodies=bodies, contacts=[il.Contact(*pair, law) for pair in faces], solve={"duration": 8e-5, **MESH})
+    codes = [each.code for each in il.run(case).warnings]
+    assert "first_force" in codes
+    assert "large_strain" not in codes
+
+
 def test_the_strain_of_a_rod_is_estimated_within_a_factor_of_two():
     """The exact field is read everywhere; the first rod is stepped, the second plain and between rigid bodies."""
     history = struck(10.0, tolerance=1e-3)

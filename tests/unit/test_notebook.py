@@ -20,6 +20,7 @@ from typer.testing import CliRunner
 import impactlab as il
 from impactlab.cli import app
 from impactlab.errors import ImpactlabError
+from impactlab.history.base import ContactSpan
 from impactlab.report.figures import animation, film_files
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -80,6 +81,13 @@ def test_a_doubtful_run_says_so_first(case: il.Case) -> None:
     assert text.index("energy_gain: energy <grew>") < text.index("duration")
 
 
+def test_a_period_of_contact_is_printed_shortly() -> None:
+    ended = ContactSpan("a|b", 0.0, 1.7794689117595018e-4, 1.248823594983464, 27237.79534827643)
+    assert repr(ended) == "ContactSpan('a|b', start=0 s, end=177.9 µs, impulse=1.249 N s, peak_force=27.24 kN)"
+    open_yet = ContactSpan("a|b", 1e-6, None, 2.0, None, 1.0, 3)
+    assert repr(open_yet) == "ContactSpan('a|b', start=1 µs, end=None, impulse=2 N s, peak_force=None, kicks=3)"
+
+
 def test_a_comparison_shows_its_table(case: il.Case) -> None:
     made = il.compare(case, ["continuous", "modal_10", "penalty"])
     text = words_of(made._repr_html_())
@@ -87,6 +95,10 @@ def test_a_comparison_shows_its_table(case: il.Case) -> None:
     assert repr(made).splitlines()[0] == "<Comparison of 'axial_impact', errors against the exact solution"
     assert len(repr(made).splitlines()) == 4
     assert len(made.plot().axes) >= 6
+    table = made.to_pandas()
+    assert list(table.index) == ["continuous", "modal_10", "penalty"]
+    assert table["impulse"]["continuous"] == 0.0 < table["impulse"]["modal_10"] < 0.01
+    assert table["steps"]["modal_10"] * table["dt"]["modal_10"] == pytest.approx(made.histories["modal_10"].duration)
 
 
 def test_a_comparison_of_rods_shows_the_error_of_their_faces() -> None:

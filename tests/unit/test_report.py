@@ -307,7 +307,8 @@ def test_the_diagram_of_waves_has_place_to_the_right_and_time_upwards() -> None:
     image = axes.images[0].get_array()
     assert image is not None
     assert axes.images[0].get_extent() == [0.0, 1.0, 0.0, DURATION]
-    places, times = np.linspace(0.0, 1.0, image.shape[1]), np.linspace(0.0, DURATION, FRAMES + 1)
+    places, times = np.linspace(0.0, 1.0, image.shape[1]), np.linspace(0.0, DURATION, image.shape[0])
+    assert image.shape[0] == 2 * FRAMES + 1  # of an exact run twice the frames
     assert np.allclose(image, np.cos(places - times[:, None]), atol=1e-4)
     assert [float(line.get_ydata()[0]) for line in axes.lines[1:]] == [0.0, 2.0]  # type: ignore[index]
 

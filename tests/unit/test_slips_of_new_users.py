@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -105,9 +106,7 @@ def test_gravity_along_x_and_angles_in_degrees_of_a_mechanism_have_hints() -> No
 def test_remedies_in_python_name_no_command() -> None:
     with pytest.raises(CaseError) as caught:
         il.Case(bodies={"ball": il.Mass(-1.0)}, solve={"duration": 1e-3})
-    assert str(caught.value).endswith(
-        "\nFix the value. Of a case without faults case.resolved() gives every value in SI."
-    )
+    assert str(caught.value).endswith("\nFix the value.")
     with pytest.raises(CaseError, match="`impactlab check FILE` lists all faults"):
         il.load_case("two_rods").with_("solve.duration", -1.0)
 
@@ -205,3 +204,50 @@ def test_a_match_is_shown_with_units_and_without_arrays() -> None:
     assert repr(match) == (
         "<Match of 2 samples, mismatch 0 %: capacity 1.5 MN (1.4 to 1.6 MN), toe.damping 0.5 s/m (0.4 to 0.6)>"
     )
+
+
+STRUCK = {
+    "bodies": {"hammer": il.Mass(1.0, velocity=1.0), "rod": il.Rod(length=0.3, diameter=0.02, material="steel")},
+    "contacts": [il.Contact("hammer", "rod.left")],
+    "solve": {"duration": 1e-4, "tolerance": 1e-3},
+}
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"contacts": [("hammer", "rod.left")]}, "contacts.0: a list of 2 is given where a block.*\nWrite {between: "),
+        ({"contacts": [il.Contact(il.Mass(1.0), "rod.left")]}, "between.0: {kind: .*the name of a face.*\nName a face"),  # type: ignore[arg-type]
+        ({"probes": ["stress:rod@0.1"]}, "probes.0: .*\nWrite {body: ..., at: ..., quantity"),
+        (
+            {"probes": [il.Probe("rod", 0.1, "deflection")]},
+            "'deflection' is not allowed here. Did you mean 'displacement'",
+        ),
+        ({"snapshots": 100}, "snapshots: 100 is not allowed here\nGive a list of times"),
+        ({"bodies": {"rod": il.Rod(length=[0.3, 0.4])}}, "bodies.rod.length: a list of 2 .*\nGive one value; a sweep"),  # type: ignore[arg-type]
+        (
+            {"bodies": {"rod": il.Rod(ends={"left": {"force": abs}})}},
+            "rod.ends.left.force: a value of type .*\nWrite a for",
+        ),
+    ],
+)
+def test_slips_in_the_keys_of_a_case_are_told_what_to_write(keys: dict[str, Any], said: str) -> None:
+    with pytest.raises(CaseError, match=said):
+        il.Case(**{**STRUCK, **keys})
+
+
+def test_slips_in_reading_a_run_are_told_what_to_write() -> None:
+    case = il.Case(**STRUCK)
+    history, force = il.run(case), "force:hammer|rod.left"
+    for slip, said in (
+        (lambda: history.evaluate(force, 1e-5), "not a time .*\nGive numbers in s, such as 1e-5, in this order"),
+        (lambda: history.evaluate(1e-5, [force, force]), "not the name of one channel\n.*evaluate_each"),
+        (lambda: history.evaluate_each(1e-5, force), "is one channel, and evaluate_each takes a list"),
+        (lambda: history.field("rod", [1e-5, 2e-5], "stress"), "2 times are given.*\nfields_at"),
+        (lambda: il.plot_sweep(history, "peak_force"), "takes the result of a sweep, not ContinuousHistory"),
+        (lambda: case.with_("mass", 2.0), "'mass' is not known here. It is a key of a body: write bodies.hammer.mass"),
+        (lambda: case.with_settings(None), "not paths with values"),
+    ):
+        with pytest.raises(il.ImpactlabError, match=said):
+            slip()
+    assert history.evaluate_each(1e-5, [force]).shape == (1, 1)

@@ -16,7 +16,14 @@ from impactlab.bench.report.findings import certainty_words, findings
 from impactlab.bench.report.live import bench_data
 from impactlab.bench.report.method_styles import MethodStyles, power
 from impactlab.bench.report.precision import precision
-from impactlab.bench.report.scene_sheets import Unfinished, families_sheet, front_sheet, slug, unfinished
+from impactlab.bench.report.scene_sheets import (
+    Unfinished,
+    convergence_sheet,
+    families_sheet,
+    front_sheet,
+    slug,
+    unfinished,
+)
 from impactlab.bench.report.sheets import Sheet, latex, markdown, short
 from impactlab.bench.report.special import special_grids, special_summary
 from impactlab.bench.report.summary_sheets import certainty, excluded, ranking_sheet, winners
@@ -41,7 +48,9 @@ def drawing(figure: PageFigure, folder: Path, formats: Sequence[str]) -> str:
 
 
 def write_sheet(out: Path, sheet: Sheet) -> Sheet:
-    """Write a sheet as Markdown and LaTeX and return it."""
+    """Write a sheet with rows as Markdown and LaTeX and return it."""
+    if not sheet.rows:
+        return sheet
     (out / "tables" / f"{sheet.name}.md").write_text(markdown(sheet), encoding="utf-8")
     (out / "tables" / f"{sheet.name}.tex").write_text(latex(sheet), encoding="utf-8")
     return sheet
@@ -85,7 +94,8 @@ def draw_scene(out: Path, formats: Sequence[str], styles: MethodStyles, scene: S
 
 
 def _section(out: Path, scene: SceneRows, figure: str) -> dict[str, Any]:
-    """Return a scene as it stands on the page."""
+    """Return a scene as it stands on the page; its rates of convergence stand in a file alone."""
+    write_sheet(out, convergence_sheet(scene))
     return {
         "name": scene.name,
         "slug": slug(scene.name),

@@ -84,6 +84,36 @@ def families_sheet(scene: SceneRows) -> Sheet:
     return Sheet(slug(scene.name), f"Methods on {scene.name}", note, heads, tuple(lines), _quickest(lines))
 
 
+def convergence_sheet(scene: SceneRows) -> Sheet:
+    """Return the errors of each method with more than one level, and the rates by which they fall."""
+    lines = []
+    for family in (*scene.families, *scene.own):
+        rows = sorted((row for row in family.completed if row.steps), key=lambda row: row.steps or 0)
+        for before, row in zip([None, *rows], rows, strict=False):
+            cells = [named(row), row.level or DASH, cell(row.elements), cell(row.steps)]
+            for norm in ("displacement", "impulse"):
+                cells += [short(getattr(row, norm)), _rate(before, row, norm)]
+            lines += [tuple(cells)] * (len(rows) > 1)
+    errors = (f"{norm}: {name}" for norm in ("displacement", "impulse") for name in ("error", "rate"))
+    heads = headings("method", "level", "elements", "steps", *errors, text=("method",))
+    note = (
+        "Relative errors, and the rate by which each falls from the level before: the logarithm of the ratio of the "
+        "errors over that of the steps, or of the unknowns where the steps are the same."
+    )
+    return Sheet(f"{slug(scene.name)}_convergence", f"Convergence on {scene.name}", note, heads, tuple(lines))
+
+
+def _rate(before: Row | None, row: Row, norm: str) -> str:
+    """Return the rate by which an error falls from one level to the next, or a dash."""
+    if before is None or not (first := getattr(before, norm)) or not (last := getattr(row, norm)):
+        return DASH
+    sizes = ((a, b) for a, b in ((before.steps, row.steps), (before.unknowns, row.unknowns)) if a and b and a != b)
+    fewer, more = next(sizes, (1, 1))
+    if more == fewer:
+        return DASH
+    return f"{math.log(first / last) / math.log(more / fewer):.2f}".replace("-", "\N{MINUS SIGN}")
+
+
 def _least(family: MethodRows, name: str) -> float | None:
     """Return the least error of all levels.
 

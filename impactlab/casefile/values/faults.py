@@ -27,6 +27,14 @@ FIX_VALUE = (
     "Fix the value. `impactlab check FILE` lists all faults; of a case without faults it prints every value in SI."
 )
 
+ONE_VALUE = "Give one value; a sweep runs a case at several: il.sweep, or `impactlab sweep`."
+SNAPSHOTS = "Give a list of times, {every: time} or {count: number of parts}."
+ENTRIES = {
+    "contacts": "Write {between: [left, right]}, or {chain: [bodies]}; in Python il.Contact('left', 'right').",
+    "probes": "Write {body: ..., at: ..., quantity: ...}; in Python il.Probe(body, at, quantity).",
+}
+FACE = "Name a face by its body in `bodies`, such as 'rod.left'; of a mass or a wall the name alone."
+
 
 def case_error(error: ValidationError, data: Any, prefix: str, allowed: type[BaseModel]) -> ImpactlabError:
     """Return the first fault as an error of the case, which holds the others.
@@ -75,7 +83,10 @@ def _words(fault: ErrorDetails, keys: list[str], data: Any, allowed: type[BaseMo
     context = fault.get("ctx", {})
     match kind:
         case "value":
-            return str(context["text"]), FIX_VALUE
+            several = isinstance(fault["input"], (list, tuple)) and "is not allowed here. Allowed: a number" in str(
+                context["text"]
+            )
+            return str(context["text"]), ONE_VALUE if several else FIX_VALUE
         case "extra_forbidden":
             names = _allowed_at(keys[:-1], data, allowed)
             around = _key_around(keys, data, allowed, prefix)
@@ -111,17 +122,30 @@ def _words(fault: ErrorDetails, keys: list[str], data: Any, allowed: type[BaseMo
             allowed_length = ", ".join(f"{word} {context[key]}" for key, word in limits.items() if key in context)
             return f"{given} has the wrong length. Allowed: {allowed_length}", FIX_VALUE
         case _ if kind in _NEEDED:
-            names = _allowed_at(keys, data, allowed) if _NEEDED[kind] == _BLOCK else []
-            if keys in (["bodies"], ["mechanisms"], ["methods"], ["variants"]):
-                entry = "{kind: ...}" if keys == ["bodies"] else "{...}"
-                return f"{given} is given where {_BLOCK} is needed", f"Write NAME: {entry} for each of them."
-            out = " Or leave the key out: it has a default." if keys == ["solve", "step"] else ""
-            remedy = f"Write {{key: value}}; its keys: {listed(sorted(set(names)))}.{out}" if names else FIX_VALUE
-            if isinstance(fault["input"], dict) and _NEEDED[kind] == "a list":
-                remedy = "Write it as one entry of a list, with a dash before it, or in Python [...] around it."
-            return f"{given} is given where {_NEEDED[kind]} is needed", remedy
+            return _of_wrong_type(fault, keys, _allowed_at(keys, data, allowed))
         case _:
             return f"{given}: {fault['msg'][:1].lower()}{fault['msg'][1:]}", FIX_VALUE
+
+
+def _of_wrong_type(fault: ErrorDetails, keys: list[str], names: Sequence[str]) -> tuple[str, str]:
+    """Return text and remedy for a value where a block with keys of some names, a list or a string is needed."""
+    given, needed = shown(fault["input"]), _NEEDED[fault["type"]]
+    text = f"{given} is given where {needed} is needed"
+    if keys in (["bodies"], ["mechanisms"], ["methods"], ["variants"]):
+        entry = "{kind: ...}" if keys == ["bodies"] else "{...}"
+        return text, f"Write NAME: {entry} for each of them."
+    if keys == ["snapshots"]:
+        return f"{given} is not allowed here", SNAPSHOTS
+    if keys[:1] == ["contacts"] and "between" in keys[2:-1]:
+        return f"{given} is given where the name of a face is needed", FACE
+    if keys[:-1] == ["contacts"] or keys[:-1] == ["probes"]:
+        return text, ENTRIES[keys[0]]
+    if isinstance(fault["input"], dict) and needed == "a list":
+        return text, "Write it as one entry of a list, with a dash before it, or in Python [...] around it."
+    if needed != _BLOCK or not names:
+        return text, FIX_VALUE
+    out = " Or leave the key out: it has a default." if keys == ["solve", "step"] else ""
+    return text, f"Write {{key: value}}; its keys: {listed(sorted(set(names)))}.{out}"
 
 
 def unknown_key(
@@ -192,7 +216,9 @@ def _key_around(keys: list[str], data: Any, allowed: type[BaseModel], prefix: st
     for kind, given in (("bodies", data.get("bodies")), ("contacts", named)):
         if isinstance(given, (Mapping, list)) and name in given:
             return f" It is one of the {kind}: write {kind}.{name}."
-    return ""
+    blocks = bodies.items() if isinstance(bodies := data.get("bodies"), Mapping) else ()
+    owner = next((body for body, block in blocks if isinstance(block, Mapping) and name in block), "")
+    return f" It is a key of a body: write bodies.{owner}.{name}." if owner else ""
 
 
 def _key_inside(name: str, blocks: Sequence[type[BaseModel]]) -> str:

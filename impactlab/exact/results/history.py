@@ -16,7 +16,7 @@ from impactlab.exact.results.link_results import link_results, named, total
 from impactlab.exact.results.signals import Signal, Signals, turning_times
 from impactlab.exact.setup.branch_tables import FIRST
 from impactlab.exact.setup.network import Link, Log, NetworkLayout, Place
-from impactlab.history.arguments import one_time, places_on, within_run
+from impactlab.history.arguments import check_one, one_time, places_on, within_run
 from impactlab.history.base import (
     FIELD_POINTS,
     AbstractHistory,
@@ -232,6 +232,7 @@ class ContinuousHistory(AbstractHistory):
             v = self.signals.velocity(node)(t)
             return {"velocity": v, "momentum": mass * v, "energy": 0.5 * mass * v * v}[quantity]
         anywhere = "|".join(QUANTITIES_OF_ROD)
+        check_one(channel)
         raise CaseError(
             f"'{channel}' is not a channel of this history.{closest(str(channel), self.channels())}",
             remedy=f"Channels: {', '.join(self.channels())}, and {anywhere}:rod@x at any x of a rod.",

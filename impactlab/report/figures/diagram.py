@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
+from impactlab.history.sampling import frame_times
 from impactlab.prefixes import Unit, scaled
 from impactlab.report.figures.signals import UNITS
-from impactlab.report.figures.stage import frames, layout, shown_load
+from impactlab.report.figures.stage import frames, layout, sampled_field, shown_load
 from impactlab.report.figures.style import INK, LETTER, MUTED, PAPER, Margins, clock, drawn, grid, is_narrow
 from impactlab.scene.problem import Scene
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NAME_SIZE, LETTER_SIZE = 7.5, 10.0  # points, of a body's name and of the letter whose width is known
+FINE_PLACES = 361  # along a body
 MEANING = {"stress": "stress σ", "torque": "torque T", "displacement": "deflection u"}
 
 
@@ -35,6 +37,12 @@ def lagrange(history: AbstractHistory, scene: Scene) -> Figure:
     """
     spots, time = layout(scene), clock(scene)
     loads = {name: entry["load"] for name, entry in frames(history, scene).items() if entry["load"] is not None}
+    if history.dt is None:  # exact at all times and places: so fine that slanted edges are straight
+        times = frame_times(scene.duration, 2)
+        for name in loads:
+            body = scene.elastic[name]
+            fine = sampled_field(history, body, times, shown_load(body), FINE_PLACES)
+            loads[name] = loads[name] if fine is None else fine
     elastic = {name: body for name, body in scene.elastic.items() if name in loads}
     quantities = dict.fromkeys(shown_load(body) for body in elastic.values())
     whole = max((spots[name].x + body.length for name, body in elastic.items()), default=1.0)

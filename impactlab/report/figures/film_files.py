@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import shutil
 import subprocess
 from collections.abc import Sequence
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 RATE = {".gif": 15, ".mp4": 30}  # frames per second of a file
+LOG = logging.getLogger("impactlab")
 Pixels = NDArray[np.uint8]  # (height, width, 4)
 
 
@@ -32,6 +34,7 @@ def write(history: AbstractHistory, path: Path, seconds: float = 8.0) -> None:
         As `check_target`; or if ffmpeg fails.
     """
     check_target(path)
+    LOG.warning("drawing %s ...", path)
     figure, step, count = film(history)
     shown = np.linspace(0, count - 1, max(2, round(seconds * RATE[path.suffix.lower()]))).round().astype(int)
     writer = write_gif if path.suffix.lower() == ".gif" else write_mp4

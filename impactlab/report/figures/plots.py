@@ -7,7 +7,7 @@ dark.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple, cast
 
 import numpy as np
 
@@ -288,17 +288,19 @@ def _in_drawing_order(
 
 
 def _legend(axis: Axes, lines: Mapping[str, Line2D], count: int) -> None:
-    """Write the names of lines into a panel, and how many others exist."""
+    """Write the names of lines above them in a panel, and how many others exist."""
     from matplotlib.lines import Line2D
 
     handles, names = list(lines.values()), list(lines)
-    place: Literal["upper right", "best"] = (
-        "upper right" if count > len(names) else "best"
-    )  # the best place among many lines takes seconds to find
     if count > len(names):
         handles.append(Line2D([], [], color=UNNAMED, linewidth=0.5))
         names.append(f"... {count - len(names)} more")
-    axis.legend(handles, names, loc=place, fontsize=7, facecolor=PAPER, framealpha=0.85)
+    box, figure = axis.get_position(), cast("Figure", axis.get_figure())
+    columns = max(1, int(box.width * figure.get_figwidth() / (0.4 + 0.06 * max(map(len, names)))))
+    room = (0.1 + 0.14 * -(-len(names) // columns)) / (box.height * figure.get_figheight())  # share of the panel
+    low, high = axis.get_ylim()
+    axis.set_ylim(low, low + (high - low) / (1.0 - min(room, 0.5)))
+    axis.legend(handles, names, loc="upper right", fontsize=7, ncols=columns, columnspacing=1.0, borderaxespad=0.2)
 
 
 def differences(traces: Sequence[Trace]) -> list[Trace]:

@@ -32,13 +32,19 @@ def is_row(scene: Scene) -> bool:
     return len(contacts) >= MIN_ROW and all(a.right.body == b.left.body for a, b in pairwise(contacts))
 
 
-def row_cells(history: AbstractHistory, scene: Scene) -> Array:
-    """Return the largest forces [N] in cells of instants and contacts, shape (times, contacts)."""
+def row_cells(history: AbstractHistory, scene: Scene) -> tuple[Array, bool]:
+    """Return the largest forces [N] in cells of instants and contacts, shape (times, contacts).
+
+    In a chain whose static forces exceed their changes these are the changes, and the second value is true.
+    """
     times = np.linspace(0.0, scene.duration, SAMPLES * MAX_CELLS, endpoint=False)
     forces = history.evaluate_each(times, [f"force:{contact.name}" for contact in scene.contacts])
+    static = forces[:, :1]
+    pressed = bool(np.all(static > 0.0) and np.max(np.abs(forces - static)) < np.min(static))
+    forces = forces - static if pressed else forces
     together = -(-len(forces) // MAX_CELLS)
     by_contact = np.array([_largest(forces[at : at + together], 0) for at in range(0, len(forces), together)])
-    return _largest(by_contact.reshape(len(by_contact), MAX_CELLS, SAMPLES), 2).T
+    return _largest(by_contact.reshape(len(by_contact), MAX_CELLS, SAMPLES), 2).T, pressed
 
 
 def _largest(forces: Array, axis: int) -> Array:
@@ -52,8 +58,9 @@ def row_of_forces(history: AbstractHistory, scene: Scene) -> Figure:
     """Return the space-time diagram of a row: contacts to the right by number, time upwards, force as colour."""
     from matplotlib import colormaps
     from matplotlib.colors import ListedColormap
+    from matplotlib.ticker import MaxNLocator
 
-    cells, time = row_cells(history, scene), clock(scene)
+    (cells, pressed), time = row_cells(history, scene), clock(scene)
     largest = float(np.max(np.abs(cells))) or 1.0
     force, pulls = scaled("N", largest), bool(cells.min() < 0.0)
     both = colormaps["RdBu_r"]  # red is compression, as in the Lagrange diagram; without tension its red half
@@ -71,8 +78,9 @@ def row_of_forces(history: AbstractHistory, scene: Scene) -> Figure:
     )
     inches = axis.get_position().width * figure.get_figwidth()
     bar = figure.colorbar(image, cax=axis.inset_axes((1.0 + 0.12 / inches, 0.0, 0.11 / inches, 1.0)))
-    bar.set_label(f"contact force  F  [{force.label}]")
+    bar.set_label(f"{'change of contact force  F - F(0)' if pressed else 'contact force  F'}  [{force.label}]")
     axis.grid(visible=False)
+    axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     axis.set_xlabel("number of the contact")
     axis.set_ylabel(f"time  t  [{time.label}]")
     return figure

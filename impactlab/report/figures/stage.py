@@ -148,8 +148,8 @@ def _frames(history: AbstractHistory, scene: Scene) -> Frames:
             made[name] = {"u": np.zeros((times.size, 1)), "load": None}
         elif isinstance(body, ElasticBody):
             nodes = PLACES if isinstance(body, Beam) else NODES
-            u = _field(history, body, times, "displacement", nodes)
-            load = u if isinstance(body, Beam) else _field(history, body, times, shown_load(body), PLACES)
+            u = sampled_field(history, body, times, "displacement", nodes)
+            load = u if isinstance(body, Beam) else sampled_field(history, body, times, shown_load(body), PLACES)
             made[name] = {"u": _faces(history, body, times) if u is None else u, "load": load}
         else:
             u = None if isinstance(body, MechanismBody) else sampled(history, body.face_channel(0.0), times)
@@ -157,7 +157,9 @@ def _frames(history: AbstractHistory, scene: Scene) -> Frames:
     return made
 
 
-def _field(history: AbstractHistory, body: ElasticBody, times: Array, quantity: str, places: int) -> Array | None:
+def sampled_field(
+    history: AbstractHistory, body: ElasticBody, times: Array, quantity: str, places: int
+) -> Array | None:
     """Return a quantity along a body at all frames, (frames, places); None where not kept."""
     x = np.linspace(0.0, body.length, places)
     try:
