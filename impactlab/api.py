@@ -306,7 +306,7 @@ def summarised(
             reference = reference_of(*physics, budget)
             outlook = outlooks.of(reference, physics.method)
     with spent_on("writing"):
-        summary = summaries.summarise(case.label, case.scene(), history, reference, outlook)
+        summary = summaries.summarise(case.label, history, reference, outlook)
         return with_fault(summary, case), reference
 
 
@@ -393,7 +393,7 @@ def _row(
         if key not in known:
             known[key] = reference_of(*physics)
         reference = known[key]
-        summary = summaries.summarise(case.label, variant.scene(), history, reference)
+        summary = summaries.summarise(case.label, history, reference)
         return ComparedMethod(name, with_fault(summary, variant), history, reference, None)
     except Exception as error:  # noqa: BLE001 - a plugin may raise anything; its row shows it
         return ComparedMethod(name, failure(case.label, error), None, None, error)

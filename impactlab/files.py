@@ -72,7 +72,7 @@ def write_netcdf(
     known = history.case.label if history.case is not None else history.scene.name
     times = file_times(history.duration, len(history.channels()))
     about = {
-        "summary": json.dumps(summary if summary is not None else summarise(known, history.scene, history)),
+        "summary": json.dumps(summary if summary is not None else summarise(known, history)),
         "texts": json.dumps(dict(texts or {})),
     }
     _write_arrays(Path(path), data.labelled_arrays(history, times), about)

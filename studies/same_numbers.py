@@ -1,9 +1,8 @@
 """Compare every summary number of two versions: ``python studies/same_numbers.py --help``.
 
 ``collect`` runs all cases with their methods and variants, and every law with every integrator on every model, and
-keeps the summaries. ``compare`` lists the numbers that moved between two such files. Only public names are used, so
-that a version of another day can be collected by the same script (with its own Python environment). All cells take
-some hours; ``--every 500`` takes a sample.
+keeps the summaries. ``compare`` lists the numbers that moved between two such files; each version is collected by its
+own copy of this program. All cells take some hours; ``--every 500`` takes a sample.
 """
 
 from __future__ import annotations
@@ -24,11 +23,7 @@ import impactlab as il
 from impactlab.api import warnings_kept
 from impactlab.errors import ImpactlabError, StepError
 from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, registry
-
-try:
-    from impactlab.report.summary import summarise
-except ModuleNotFoundError:  # a version before the rooms
-    from impactlab.summary import summarise
+from impactlab.report.summary import summarise
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
 SAME = 1e-12  # relative difference up to which a number is the same
@@ -123,7 +118,7 @@ def summary_of(cell: Cell) -> dict[str, Any]:
             ]
         )  # fmt: skip
         with warnings_kept():
-            return summarise(case.label, case.scene(), il.run(case))  # without a reference: the cases have theirs
+            return summarise(case.label, il.run(case))  # without a reference: the cases have theirs
     except StepError as error:
         return {"status": "failed", "error": {"kind": type(error).__name__, "step": error.step, "time": error.time}}
     except ImpactlabError as error:

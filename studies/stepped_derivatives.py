@@ -131,7 +131,7 @@ def true_derivatives(case: il.Case, path: str) -> list[float]:
     def run(value: float) -> tuple[list[float], tuple[Any, ...]]:
         scene, method = at_point(case, {path: value}).simulation()
         history = api.solve(scene, method)
-        rows = values(scene, history, quantities_of(scene, QUANTITIES, case.registry), case.registry)
+        rows = values(history, quantities_of(scene, QUANTITIES, case.registry), case.registry)
         return [each for row in rows for each in row], tuple(
             (span.contact, span.end is None) for span in history.contacts
         )
@@ -266,7 +266,7 @@ def narrow() -> str:
                     pair = []
                     for side in (-1, 1):
                         scene, method = case.with_(path, float(middle + side * 0.1 * dt / rate)).simulation()
-                        pair.append(values(scene, api.solve(scene, method), opening, case.registry)[0][0])
+                        pair.append(values(api.solve(scene, method), opening, case.registry)[0][0])
                     ends.append((pair[1] - pair[0]) / (0.2 * dt / rate))
                 spread.append(f"{min(ends):.2f} to {max(ends):.2f}")
             rows.append([f"{periods} steps a period, {events}", *spread])

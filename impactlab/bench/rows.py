@@ -57,7 +57,7 @@ def _record(case: Case, references: References) -> dict[str, Any]:
         history = api.run(case)
     physics = api.physics_of(case)
     reference = references.of(*physics)
-    summary = summarise(case.label, case.scene(), history, reference)
+    summary = summarise(case.label, history, reference)
     return {
         "version": VERSION,
         "summary": summary | {name: summary[name][:MAX_LISTED] for name in LISTS},

@@ -102,7 +102,7 @@ class _Frozen:
             touches = merged_periods(history, contact.name, quiet)
             periods.append((contact.name, len(touches), bool(touches) and touches[-1].end is None))
             events += [time for touch in touches for time in (touch.start, touch.end) if time is not None]
-        rows = values(scene, history, self.wanted, self.case.registry)
+        rows = values(history, self.wanted, self.case.registry)
         return _Run(np.array([each for row in rows for each in row]), tuple(periods), np.array(events))
 
     def _solved(self, method: Method, coarser: float, whole: Whole) -> Method:

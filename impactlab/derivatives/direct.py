@@ -83,7 +83,7 @@ class Direct:
 
     def _restitution(self) -> Labelled:
         found: Labelled = {}
-        for each in collisions(self.scene, self.history):
+        for each in collisions(self.history):
             if each.bodies in found or each.restitution is None or each.end is None or not each.approach_speed:
                 found.setdefault(each.bodies, math.nan)
                 continue

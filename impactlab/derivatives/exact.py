@@ -25,7 +25,6 @@ from impactlab.exact.tangents.numbers import rates
 from impactlab.exact.tangents.run import Solved, solve
 from impactlab.history.base import AbstractHistory
 from impactlab.scene.method import Simulation
-from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
 WIDTH = 5.0e-4  # of a parameter: distance of two histories that are moved along tangents
@@ -42,7 +41,7 @@ SHARE = 0.15  # of the distance to an edge: distance of two runs
 class Quantities(Protocol):
     """Values to be derived."""
 
-    def __call__(self, scene: Scene, history: AbstractHistory, /) -> Array:
+    def __call__(self, history: AbstractHistory, /) -> Array:
         """Return the values of a run, (n,)."""
 
     def by_formulas(self, direct: Direct) -> Array:
@@ -102,7 +101,7 @@ def derivatives(
     case: Case, history: AbstractHistory, parameters: Sequence[Parameter], values: Quantities
 ) -> list[Derivatives]:
     """Return the derivatives of values of an exact run by each parameter."""
-    base = values(case.scene(), history)
+    base = values(history)
     try:
         solved = solved_with(case, parameters)
     except ImpactlabError:  # a network that changes beside the value: runs are compared
@@ -141,11 +140,11 @@ def _of_tangents(
             there = network(parameter.case(case, parameter.value + step))
         except ImpactlabError:
             return None
-        return values(there.run.scene, moved(solved, number, step, *there))
+        return values(moved(solved, number, step, *there))
 
     start = network(case)
     still = moved(solved, number, 0.0, *start)
-    base = values(start.run.scene, still)
+    base = values(still)
     direct = values.by_formulas(Direct(solved, number, still))
     limit = largest_step(solved, number)
     width = min(WIDTH * abs(parameter.value) or limit / 40.0, limit / 3.0)
@@ -187,7 +186,7 @@ def _of_runs(
                 run = api.run(there)
         except ImpactlabError:
             return None
-        return values(there.scene(), run) if sequence(run) == before else None
+        return values(run) if sequence(run) == before else None
 
     width = min(RUN_WIDTH * parameter.scale, SHARE * distance)
     return _narrowed(beside, base, width, parameter.scale, RUN_ROUNDING)

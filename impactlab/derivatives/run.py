@@ -21,7 +21,6 @@ from impactlab.exact.results.history import ContinuousHistory
 from impactlab.history.base import AbstractHistory
 from impactlab.measurement.inputs import row_of_numbers
 from impactlab.plugins import Registry
-from impactlab.scene.problem import Scene
 from impactlab.sweeps.quantities import WantedQuantity, quantities_of, values
 from impactlab.sweeps.sampled import Sampled, extreme_in
 from impactlab.types import Array
@@ -73,7 +72,7 @@ def sensitivities(
     with api.warnings_kept():
         history = api.run(case)
     flat = FlatValues(wanted, case.registry)
-    base = flat(case.scene(), history)
+    base = flat(history)
     largest = flat.largest(base)
     rows: list[Sensitivity] = []
     if isinstance(history, ContinuousHistory):
@@ -153,9 +152,9 @@ class FlatValues:
         self.wanted, self.registry = wanted, registry
         self.names = [(each, str(label)) for each in wanted for label in each.places]
 
-    def __call__(self, scene: Scene, history: AbstractHistory) -> Array:
+    def __call__(self, history: AbstractHistory) -> Array:
         """Return the values, (names,)."""
-        return np.concatenate(values(scene, history, self.wanted, self.registry))
+        return np.concatenate(values(history, self.wanted, self.registry))
 
     def largest(self, found: Array) -> Array:
         """Return the largest magnitude of the values of the same quantity, (names,)."""
@@ -182,7 +181,7 @@ class Sample:
     def __init__(self, channel: str, times: Array) -> None:
         self.channel, self.times = channel, times.ravel()
 
-    def __call__(self, _scene: Scene, history: AbstractHistory) -> Array:
+    def __call__(self, history: AbstractHistory) -> Array:
         """Return the values, (times,)."""
         return np.asarray(history.evaluate(self.times, self.channel))
 

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
-from impactlab.scene.problem import Scene
 
 MAX_BESIDE = 0.02  # of a time span, by which instants of a recorded energy may lie beside it where others act meanwhile
 MAX_CHANGE = 0.2  # of the largest relative velocity, over two intervals of the record: between them it is not known
@@ -25,9 +24,10 @@ class BodyMotion:
         Channels of the history; found once for all bodies, as a chain has thousands.
     """
 
-    def __init__(self, scene: Scene, history: AbstractHistory, name: str, channels: frozenset[str]) -> None:
-        self.scene, self.history, self.name, self.body = scene, history, name, scene.bodies[name]
-        own = [each for _, each in scene.met_by(name)]
+    def __init__(self, history: AbstractHistory, name: str, channels: frozenset[str]) -> None:
+        self.scene, self.history, self.name = history.scene, history, name
+        self.body = self.scene.bodies[name]
+        own = [each for _, each in self.scene.met_by(name)]
         signs = {each.name: float(each.right.body == name) - float(each.left.body == name) for each in own}
         signs = {contact: sign for contact, sign in signs.items() if sign != 0.0}
         # Contacts that may pull have no periods; the sign is that of their force.

@@ -58,15 +58,15 @@ class Collision:
     no_restitution: str | None  # why there is none, in words; None where there is one
 
 
-def collisions(scene: Scene, history: AbstractHistory, *, whole: bool = True) -> tuple[Collision, ...]:
+def collisions(history: AbstractHistory, *, whole: bool = True) -> tuple[Collision, ...]:
     """Return the collisions of a run, in order of their starts.
 
     With ``whole=False`` their energies and gaps are not computed.
     """
-    found = []
+    scene, found = history.scene, []
     channels = frozenset(history.channels())  # once: a chain has thousands
-    motions = {name: BodyMotion(scene, history, name, channels) for name in scene.bodies}
-    others = Others(scene, history)  # once: a pair may collide thousands of times
+    motions = {name: BodyMotion(history, name, channels) for name in scene.bodies}
+    others = Others(history)  # once: a pair may collide thousands of times
     between: dict[tuple[str, str], list[str]] = {}
     for contact in scene.contacts:
         between.setdefault((contact.left.body, contact.right.body), []).append(contact.name)

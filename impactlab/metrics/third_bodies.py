@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
-from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
 MAX_SHARE = 0.05  # of the impulse of a collision, given by others: a restitution changes by up to twice as much
@@ -32,8 +31,8 @@ class Periods(NamedTuple):
 class Others:
     """All that acts on bodies of a run beside the contacts of a pair."""
 
-    def __init__(self, scene: Scene, history: AbstractHistory) -> None:
-        self.scene, self.history = scene, history
+    def __init__(self, history: AbstractHistory) -> None:
+        self.scene, self.history = history.scene, history
         self._links = {link.name for link in history.links}
         self._known: dict[str, Periods] = {}  # by contact
 

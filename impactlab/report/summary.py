@@ -60,7 +60,6 @@ def _option(value: Any) -> Any:
 
 def summarise(
     case_name: str,
-    scene: Scene,
     history: AbstractHistory,
     reference: Reference | tuple[str, AbstractHistory] | None = None,
     outlook: Outlook | None = None,
@@ -71,8 +70,6 @@ def summarise(
     ----------
     case_name : str
         Name of the case, without folder and ending.
-    scene : Scene
-        Bodies and contacts of the run.
     history : AbstractHistory
         Result of the run.
     reference : Reference, or (str, AbstractHistory), optional
@@ -80,10 +77,10 @@ def summarise(
     outlook : Outlook, optional
         Why there is no reference, if there is none; by default that none exists for the scene.
     """
-    found, tolerance = None, history.method.tolerance
+    scene, tolerance, found = history.scene, history.method.tolerance, None
     if reference is not None:
         with spent_on(REFERENCE):
-            found = errors(history, Reference(*reference), scene)
+            found = errors(history, Reference(*reference))
         if tolerance is not None:
             set_measured_error(history, measured_error(found, Reference(*reference), tolerance.on))
     summary = {
@@ -95,8 +92,8 @@ def summarise(
         "events": [_event(event) for event in history.events],
         "contacts": [_contact(span) for span in history.contacts],
         "links": [_link(each, NOISE * history.energy.scale) for each in history.links],
-        "collisions": [dataclasses.asdict(each) for each in collisions(scene, history)],
-        "final": final(scene, history),
+        "collisions": [dataclasses.asdict(each) for each in collisions(history)],
+        "final": final(history),
         "energy": energy(history),
         "rotation": rotation(scene),
         "probes": {probe.channel: _ranges(history, probe.channel) for probe in scene.probes},
@@ -124,14 +121,14 @@ def has_numbers(status: str | None) -> bool:
     return status in (COMPLETED, TOLERANCE_NOT_MET)
 
 
-def errors(history: AbstractHistory, reference: Reference, scene: Scene) -> dict[str, Any]:
+def errors(history: AbstractHistory, reference: Reference) -> dict[str, Any]:
     """Return the errors against a reference, and the uncertainty of that reference.
 
     A metric whose uncertainty in the reference is above `UNKNOWN_TOL` is None: the force of a converged reference
     may ring where its displacements have long converged.
     """
     same = _is_same(history, reference.history)
-    found = metrics.errors(history, reference.name, history if same else reference.history, scene)
+    found = metrics.errors(history, reference.name, history if same else reference.history, history.scene)
     for name, of_metrics in KNOWN_BY.items():
         if reference.uncertainties.get(name, 0.0) > UNKNOWN_TOL:
             found |= dict.fromkeys(of_metrics)
@@ -184,12 +181,12 @@ def _contact(span: ContactSpan) -> dict[str, Any]:
     return entry if span.kicks is not None else {k: v for k, v in entry.items() if k not in ("first_impulse", "kicks")}
 
 
-def final(scene: Scene, history: AbstractHistory) -> dict[str, Any]:
+def final(history: AbstractHistory) -> dict[str, Any]:
     """Return the state of the bodies at the end.
 
     It is position [m] and velocity of rigid bodies, momentum, and energy [J].
     """
-    moving = {name: body for name, body in scene.bodies.items() if body.moves}
+    moving = {name: body for name, body in history.scene.bodies.items() if body.moves}
     keys = {name: ("momentum", "energy") if body.elastic else ("position", "velocity") for name, body in moving.items()}
     single = [name for name, body in moving.items() if not body.changes]
     read = [f"{key}:{name}" for name in single for key in keys[name]]  # at once: a chain has thousands

@@ -122,7 +122,7 @@ def row(made: Sweep, number: int) -> PointResult:
         case = made.points.case(made.case, number)
         with api.warnings_kept():
             history = api.run(case)
-        found = values(case.scene(), history, made.wanted, case.registry)
+        found = values(history, made.wanted, case.registry)
         return PointResult(STATUSES.index(status_of(history)), "", found)
     except ImpactlabError as error:
         return missing(made, "failed" if isinstance(error, StepError) else "refused", str(error))

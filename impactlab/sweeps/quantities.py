@@ -148,9 +148,7 @@ def labels_of(scene: Scene, over: str) -> tuple[str, ...]:
     return tuple(name for name, body in scene.bodies.items() if body.moves) if over == BODY else ()
 
 
-def values(
-    scene: Scene, history: AbstractHistory, wanted: Sequence[WantedQuantity], registry: Registry
-) -> list[list[float]]:
+def values(history: AbstractHistory, wanted: Sequence[WantedQuantity], registry: Registry) -> list[list[float]]:
     """Return the values of each quantity of a run; NaN where a label has none.
 
     A contact whose name holds a place, as in ``rod.at(0.15)``, keeps the name that it has in the first scene.
@@ -160,7 +158,7 @@ def values(
     CaseError
         If the run has a label that the quantities do not have.
     """
-    rows = []
+    scene, rows = history.scene, []
     for each in wanted:
         if each.over == "time":
             rows.append(np.asarray(history.evaluate(np.array(each.labels), each.name), float).tolist())
@@ -271,9 +269,9 @@ def permanent_set(_scene: Scene, history: AbstractHistory) -> dict[str, float]:
 
 
 @quantity("1", PAIR)
-def restitution(scene: Scene, history: AbstractHistory) -> dict[str, float]:
+def restitution(_scene: Scene, history: AbstractHistory) -> dict[str, float]:
     """Apparent restitution of the first collision of two bodies."""
-    found = collisions(scene, history, whole=False)
+    found = collisions(history, whole=False)
     return {each.bodies: math.nan if each.restitution is None else each.restitution for each in reversed(found)}
 
 
@@ -284,7 +282,7 @@ def final_velocity(scene: Scene, history: AbstractHistory) -> dict[str, float]:
     Mechanisms move in a plane.
     """
     names, channels = labels_of(scene, BODY), frozenset(history.channels())
-    motions = (BodyMotion(scene, history, name, channels) for name in names if not scene.bodies[name].changes)
+    motions = (BodyMotion(history, name, channels) for name in names if not scene.bodies[name].changes)
     found = {each.name: each.mean_velocity(history.duration) for each in motions}
     return {name: velocity for name, velocity in found.items() if velocity is not None}
 

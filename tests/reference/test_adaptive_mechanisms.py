@@ -110,7 +110,7 @@ def test_a_run_by_the_midpoint_rule_is_measured_against_it_when_asked() -> None:
     assert reference.found.startswith("adaptive steps between located events")
     assert reference.uncertainty < 1e-5
     runs = [il.run(case.with_settings({"solve.step": {"dt": dt}})) for dt in (4e-6, 2e-6)]
-    errors = [summarise("arm", scene, history, reference)["errors"] for history in runs]
+    errors = [summarise("arm", history, reference)["errors"] for history in runs]
     for metric in ("impulse", "mass_displacement"):
         assert errors[0][metric] / errors[1][metric] == pytest.approx(4.0, rel=0.2)
     assert errors[0]["impulse"] < 1e-3

@@ -243,7 +243,7 @@ def test_a_choice_survives_pickle_and_json():
     history = solve(*scene)
     choice = pickle.loads(pickle.dumps(history.choice))
     assert choice == history.choice
-    said = summary.summarise("x", scene.scene, history)["choice"]
+    said = summary.summarise("x", history)["choice"]
     assert json.loads(json.dumps(said, allow_nan=False)) == said
     assert set(said) == {
         "tolerance",
@@ -273,7 +273,7 @@ def test_a_tolerance_that_was_not_met_is_told(monkeypatch):
     assert [warned.code for warned in history.warnings].count("tolerance_not_met") == 1
     error, _ = measured(history, scene)
     assert scene.method.tolerance.error < error <= history.choice.expected_error
-    said = "\n".join(choice_lines(summary.summarise("x", scene.scene, history)["choice"]))
+    said = "\n".join(choice_lines(summary.summarise("x", history)["choice"]))
     assert "expected error" in said
     assert "does not converge" in " ".join(rung.reason for rung in history.choice.ladder)
 

@@ -173,7 +173,7 @@ def test_energy_and_momentum_are_reported() -> None:
     from impactlab.report.summary import summarise
 
     given = stepped(WAYS["newmark"], End("free", force=LOAD), FREE)
-    summary = summarise("x", given.scene, run(*given), ("exact", solve(*given)))
+    summary = summarise("x", run(*given), ("exact", solve(*given)))
     assert summary["energy"]["initial"] == 0.0
     assert summary["energy"]["work"] == pytest.approx(summary["energy"]["final"], rel=1e-12)
     assert summary["errors"]["face_displacement"] < 0.01

@@ -118,7 +118,7 @@ def test_hysteretic_laws_return_what_they_say(
     scene = on_wall(law, integrator, duration / 1e4, 6.0 * duration, gap=0.3 * SPEED * duration)
     history = run(*scene)
     assert returned(history) == pytest.approx(law.restitutions().true, abs=1e-6)
-    said = summarise("on_wall", scene.scene, history)["method"]["laws"][0]["restitution"]
+    said = summarise("on_wall", history)["method"]["laws"][0]["restitution"]
     assert said == {"nominal": law.restitution, "true": law.restitutions().true}
     if isinstance(integrator, Newmark):
         assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-12

@@ -393,13 +393,13 @@ def test_channels_fields_and_snapshots_are_those_of_a_stepped_run() -> None:
 
 def test_the_summary_has_no_step_and_tells_the_evaluations() -> None:
     given = struck(LUMPED, Penalty(stiffness=2e9))
-    summary = summarise("x", given.scene, run(*given))
+    summary = summarise("x", run(*given))
     assert summary["method"]["dt"] is None
     assert summary["method"]["integrator"]["kind"] == "adaptive"
     assert summary["cost"]["steps"] > 50
     assert summary["cost"]["rhs_evaluations"] > 10 * summary["cost"]["steps"]
     stepped = given.but(integrator=Newmark())
-    assert summarise("x", stepped.scene, run(*stepped))["cost"]["rhs_evaluations"] is None
+    assert summarise("x", run(*stepped))["cost"]["rhs_evaluations"] is None
 
 
 def test_same_case_same_bits_and_progress_to_the_end() -> None:

@@ -201,7 +201,7 @@ def test_histories_are_copied_and_pickled(solve: dict[str, Any]) -> None:
         assert [other.impulse_of(name) for name in history.method.laws] == [
             history.impulse_of(name) for name in history.method.laws
         ]
-        assert summarise(case.label, case.scene(), other, None) == summarise(case.label, case.scene(), history, None)
+        assert summarise(case.label, other, None) == summarise(case.label, history, None)
 
 
 PAGE = (Path(__file__).parents[2] / "docs" / "cases-in-python.md").read_text(encoding="utf-8")

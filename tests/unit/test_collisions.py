@@ -56,7 +56,7 @@ def test_a_body_between_two_others_has_no_restitution_while_both_press() -> None
     """The helmet of a pile sets out from rest and is struck by the ram: its speeds say nothing of one collision."""
     case = case_of("smith_pile").with_("solve.model", {"kind": "finite_element", "elements": 40, "mass": "lumped"})
     history = il.run(case)
-    found = collisions(case.scene(), history)
+    found = collisions(history)
     struck, on_pile = found[0], found[1]
     assert (struck.striker, on_pile.striker) == ("ram", "helmet")
     assert struck.restitution is None
@@ -86,7 +86,7 @@ def test_a_mass_has_no_restitution_from_a_rod_that_a_hammer_still_drives(gap: fl
     """
     for model in ({"kind": "continuous"}, {"kind": "modal", "elements": 40, "modes": 20}):
         case = hammer_rod_mass(model, gap)
-        first, second = collisions(case.scene(), il.run(case))[:2]
+        first, second = collisions(il.run(case))[:2]
         assert (first.striker, second.striker) == ("hammer", "end")
         assert (first.restitution, second.restitution) == (None, None)
         assert first.no_restitution == "'rod' also touches 'end' meanwhile"
@@ -96,7 +96,7 @@ def test_a_mass_has_no_restitution_from_a_rod_that_a_hammer_still_drives(gap: fl
 def test_a_mass_has_a_restitution_from_a_rod_that_moves_freely() -> None:
     """The hammer has left the rod before it meets the mass."""
     case = hammer_rod_mass({"kind": "continuous"}, 1e-4)
-    found = collisions(case.scene(), il.run(case))
+    found = collisions(il.run(case))
     assert found[0].end is not None
     assert found[0].end < found[1].start
     assert found[1].restitution is not None
@@ -118,7 +118,7 @@ def beads(records: int, drift: float = 0.0) -> il.Case:
 @pytest.mark.parametrize("drift", [20.0, -20.0])
 def test_a_speed_that_is_not_known_is_not_known_in_a_moving_frame_either(drift: float) -> None:
     """It changes by a third of the striker's speed between two records, and by little of a speed of 20 m/s."""
-    at_rest, moving = (collisions(run.scene, run) for run in (il.run(beads(100)), il.run(beads(100, drift))))
+    at_rest, moving = (collisions(run) for run in (il.run(beads(100)), il.run(beads(100, drift))))
     assert at_rest[0].exit_speed is None
     for given, seen in zip(at_rest, moving, strict=True):
         assert (seen.bodies, seen.no_restitution) == (given.bodies, given.no_restitution)
@@ -133,7 +133,7 @@ def test_the_speeds_in_a_chain_do_not_follow_its_records() -> None:
 
     Such a ratio of speeds is no restitution: it was given as 0.3912, or 0.52 where one in 32 steps was recorded.
     """
-    known = [collisions(history.scene, history)[0] for history in (il.run(beads(2000)), il.run(beads(100)))]
+    known = [collisions(history)[0] for history in (il.run(beads(2000)), il.run(beads(100)))]
     assert known[0].exit_speed == pytest.approx(0.3912, abs=2e-4)
     assert known[0].restitution is None
     assert known[0].no_restitution == "'bead_1' also touches 'bead_2' meanwhile"
@@ -145,7 +145,7 @@ def test_the_speeds_in_a_chain_do_not_follow_its_records() -> None:
 def test_beads_that_rest_side_by_side_do_not_approach() -> None:
     """They touch; from the third pair on, the left one moved at 1e-16 m/s and less when the force began."""
     history = il.run(beads(records=2000))
-    first, second, *others = [each.approach_speed for each in collisions(history.scene, history)]
+    first, second, *others = [each.approach_speed for each in collisions(history)]
     assert first == 1.0
     force = 7.692307692307692e9 * (1.0 * 0.25e-6) ** 1.5  # N, after the first step
     assert second == pytest.approx(0.5 * force * 0.25e-6 / 4.1102503884466466e-3, rel=1e-6)
@@ -163,14 +163,14 @@ def summaries(label: str) -> list[tuple[str, dict[str, object]]]:
     from impactlab.report.summary import summarise
 
     named = zip(("modes", "elements"), two_models(label), strict=True)
-    return [(name, summarise(label, given.scene, il.run(given))) for name, given in named]
+    return [(name, summarise(label, il.run(given))) for name, given in named]
 
 
 def test_the_three_blows_of_the_larger_sphere_are_one_collision() -> None:
     """Its numbers are those of the sub-impacts, and of the sphere before and after: nothing is lost to a scheme."""
     case = case_of("sphere_on_long_beam")
     scene, history = case.scene(), il.run(case)
-    (one,) = collisions(scene, history)
+    (one,) = collisions(history)
     assert one.sub_impacts == len(history.contacts) == 3
     assert one.start == 0.0
     assert one.end == history.contacts[-1].end
@@ -216,7 +216,7 @@ def test_a_hard_hammer_on_a_cantilever_has_no_resolved_count() -> None:
         codes = {warned.code: warned.text for warned in history.warnings}
         assert "t^-1/2" in codes["singular_force"]
         assert "does not resolve their number" in codes["sub_impacts"]
-        rows.append((f"modes {modes}", summarise("hard", scene.scene, history)))
+        rows.append((f"modes {modes}", summarise("hard", history)))
     (said,) = agreements(rows)
     assert not said["resolved"]
     assert said["impulses_within"] is None
@@ -229,7 +229,7 @@ def test_a_hard_hammer_on_a_cantilever_has_no_resolved_count() -> None:
 def test_a_mechanism_has_no_one_speed_and_the_reason_names_that_of_its_face(name: str, face: str) -> None:
     case = il.load_case(name)
     history = il.run(case)
-    for each in collisions(case.scene(), history):
+    for each in collisions(history):
         assert each.restitution is each.approach_speed is each.exit_speed is None
         assert each.no_restitution is not None
         assert each.no_restitution.endswith(f"the channel velocity:{face}")
@@ -242,7 +242,7 @@ def test_rigid_bodies_part_for_good() -> None:
     scene = in_a_row(
         bodies, None, Penalty(1e6), ExactModal(), StepRule(dt=1e-5), gaps=0.05, duration=0.8, gravity=-9.81
     )
-    found = collisions(scene.scene, il.run(scene))
+    found = collisions(il.run(scene))
     assert len(found) >= 3
     assert [each.sub_impacts for each in found] == [1] * len(found)
     assert all(each.restitution == pytest.approx(1.0, abs=1e-3) for each in found if each.end is not None)
@@ -273,7 +273,7 @@ def test_channels_are_listed_once_however_many_bodies_collide(monkeypatch: pytes
     listed: list[int] = []
     names = history.channels()
     monkeypatch.setattr(type(history), "channels", lambda _: listed.append(1) or names)
-    assert len(collisions(history.scene, history)) == 100
+    assert len(collisions(history)) == 100
     assert len(listed) == 1
 
 
@@ -323,7 +323,7 @@ def test_a_contact_that_is_closed_when_the_run_ends_says_that_its_values_are_tho
     ball, step = Mass("ball", 1.0, 1.0), StepRule(dt=1e-2)
     history = simulate.run(*in_a_row([ball, Wall("wall")], None, Penalty(1.0), Midpoint(), step, duration=1.0))
     assert history.contacts[-1].end is None
-    text = summary_text(summarise("short", history.scene, history))
+    text = summary_text(summarise("short", history))
     assert "values so far" in next(line for line in text.splitlines() if line.startswith("  contact "))
     assert "0 s on, still in contact" in text
 
@@ -332,7 +332,7 @@ def test_a_contact_that_is_closed_when_the_run_ends_says_that_its_values_are_tho
 def test_bodies_that_have_not_parted_have_no_restitution(duration: str) -> None:
     """A run of 0.1 ms ended inside the contact, and the ratio of the speeds then, -0.17, was given for it."""
     case = il.load_case("axial_impact").method("continuous").with_("solve.duration", duration)
-    (one,) = collisions(case.scene(), il.run(case))
+    (one,) = collisions(il.run(case))
     points = il.sweep(case, {"bodies.hammer.mass": [2.133, 2.2]}, quantities=["restitution"])["restitution"].to_numpy()
     found = il.sensitivities(case, ["bodies.hammer.mass"], ["restitution"]).find("restitution", "bodies.hammer.mass")
     if duration == "0.1 ms":
@@ -360,7 +360,7 @@ def hopkinson(duration: str) -> il.Case:
 def test_a_specimen_between_two_bars_has_no_restitution() -> None:
     """After 600 us the specimen is thrown out of the bars: the ratio of the speeds, 3.51, was given for the bar."""
     case = hopkinson("600 us")
-    struck, *others = collisions(case.scene(), il.run(case))
+    struck, *others = collisions(il.run(case))
     assert struck.restitution == pytest.approx(0.2)  # of the lengths: the striker stops, the bar goes on alone
     assert struck.no_restitution is None
     assert [each.restitution for each in others] == [None, None]
@@ -379,7 +379,7 @@ def test_an_end_force_that_gives_much_of_the_impulse_leaves_no_restitution(force
         contacts=[il.Contact("hammer", "rod.left", {"kind": "wave_identification"})],
         solve={"duration": {"round_trips": 3}, "model": {"kind": "continuous"}},
     )
-    (one, *_) = collisions(case.scene(), il.run(case))
+    (one, *_) = collisions(il.run(case))
     if force == 1.0:
         assert one.restitution is not None
     else:
@@ -391,7 +391,7 @@ def test_an_end_force_that_gives_much_of_the_impulse_leaves_no_restitution(force
 def test_bodies_that_still_approach_after_the_last_contact_have_no_restitution() -> None:
     """-0.11 was given for it."""
     case = case_of("rod_on_beam")
-    (one, *_) = collisions(case.scene(), il.run(case))
+    (one, *_) = collisions(il.run(case))
     assert one.exit_speed < 0.0
     assert one.restitution is None
     assert one.no_restitution == "their mean speeds still approach each other after the last contact"
@@ -428,7 +428,7 @@ def test_speeds_of_joined_bodies_are_exact_late_in_a_run() -> None:
     """The impulse of a joint that swings thousands of times is its integral, not a sum at 4000 instants."""
     case = il.Case(**JOINED, solve={"duration": "15 ms", "model": {"kind": "continuous"}})
     history, masses = il.run(case), {"one": 0.3, "two": 0.2}
-    found = collisions(history.scene, history)
+    found = collisions(history)
     assert found[-1].start > 0.01
     for each in found:
         momentum = history.evaluate(np.nextafter(each.start, -1.0), f"momentum:{each.striker}")
@@ -448,10 +448,10 @@ def test_the_impulse_of_a_joint_up_to_a_time_is_what_it_gave(integrator: str) ->
 
 def test_collisions_that_are_not_whole_lack_energies_and_gaps_alone() -> None:
     history = il.run(il.load_case("axial_impact"))
-    whole = collisions(history.scene, history)
+    whole = collisions(history)
     assert whole[0].largest_gap is not None
     without = [dataclasses.replace(each, energy_lost=None, energy_given=None, largest_gap=None) for each in whole]
-    assert without == [*collisions(history.scene, history, whole=False)]
+    assert without == [*collisions(history, whole=False)]
 
 
 def struck_rod(ends: dict[str, Any], duration: float) -> il.Case:
@@ -469,13 +469,13 @@ def struck_rod(ends: dict[str, Any], duration: float) -> il.Case:
 def test_the_energy_given_to_a_rod_does_not_depend_on_the_length_of_the_run(duration: float) -> None:
     """The energy of the rod is recorded at some 250 instants, none of them in a contact of 23 us."""
     history = il.run(struck_rod({}, duration))
-    (found,) = collisions(history.scene, history)
+    (found,) = collisions(history)
     assert found.energy_given == pytest.approx(found.energy_lost, rel=1e-9)
 
 
 def test_the_energy_given_to_a_rod_is_not_known_where_a_dashpot_takes_it_meanwhile() -> None:
     history = il.run(struck_rod({"right": {"dashpot": 1e4}}, 1e-2))
-    first = collisions(history.scene, history)[0]
+    first = collisions(history)[0]
     assert first.energy_given is None
     assert first.energy_lost is not None
 
@@ -492,7 +492,7 @@ def test_the_speed_of_a_rod_that_a_wall_turns_round_between_two_records_is_not_k
         contacts=[il.Contact("wall", "rod.left", spring), il.Contact("rod.right", "ball", spring, gap=2e-4)],
         solve=in_steps(0.1, "newmark", mesh(20), courant=0.5),
     )
-    found = next(each for each in collisions(case.scene(), il.run(case)) if each.bodies == "rod|ball")
+    found = next(each for each in collisions(il.run(case)) if each.bodies == "rod|ball")
     assert (found.approach_speed, found.restitution) == (None, None)
 
 
@@ -503,7 +503,7 @@ def test_a_ball_that_loses_nothing_gains_no_rounding(stiffness: float) -> None:
     solve = {"duration": "5 ms", "integrator": {"kind": "newmark"}, "step": {"dt": "1 us"}}
     bodies = {"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()}
     history = il.run(il.Case(bodies=bodies, contacts=[contact], solve=solve))
-    (found,) = collisions(history.scene, history)
+    (found,) = collisions(history)
     assert found.restitution == pytest.approx(1.0, rel=1e-11)
     assert found.energy_lost == 0.0
 
@@ -516,7 +516,7 @@ def test_many_collisions_without_a_restitution_are_counted_in_one_sentence() -> 
         solve={"duration": "0.25 ms", "integrator": {"kind": "central_difference"}, "step": {"dt": "0.5 us"}},
     )
     history = il.run(case)
-    met = [dataclasses.asdict(each) for each in collisions(case.scene(), history)]
+    met = [dataclasses.asdict(each) for each in collisions(history)]
     over = [each for each in met if each["end"] is not None]
     together, others = sentences(met)
     assert 4 <= len(over) < len(met)
@@ -524,6 +524,6 @@ def test_many_collisions_without_a_restitution_are_counted_in_one_sentence() -> 
     assert f"to {max(each['impulse'] for each in over):.6g} N s; of the first, striker|bead_1, as 'bead_1'" in together
     assert others == [sentence(each) for each in met if each["end"] is None]
     assert sentences(over[:3]) == ("", [sentence(each) for each in over[:3]])
-    text = summary_text(summarise("chain", case.scene(), history))
+    text = summary_text(summarise("chain", history))
     assert text.count("without a restitution") == 1
     assert text.count("no restitution") == 0

@@ -322,7 +322,7 @@ def test_a_file_gives_no_energies_of_collisions_that_its_run_does_not_give(tmp_p
     history = il.run(il.load_case("slider_crank"))
     history.to_netcdf(tmp_path / "run.nc")
     again = il.open_netcdf(tmp_path / "run.nc")
-    [one], [other] = (collisions(each.scene, each) for each in (history, again))
+    [one], [other] = (collisions(each) for each in (history, again))
     assert (one.energy_lost, other.energy_lost) == (None, None)
     assert other.energy_given == pytest.approx(one.energy_given, rel=1e-6)
 

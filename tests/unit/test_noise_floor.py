@@ -64,7 +64,7 @@ def test_a_gap_of_zero_behind_the_first_contact_is_not_touched_before_a_wave_arr
     assert given == pytest.approx(float(history.evaluate(scene.scene.duration, "momentum:c")), rel=1e-6)
     closings = sum(event.kind == "close" for event in history.events)
     assert closings == len(history.contacts)
-    for blow in collisions(scene.scene, history):
+    for blow in collisions(history):
         assert blow.restitution is None or 0.0 <= blow.restitution < 2.5
 
 

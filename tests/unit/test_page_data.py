@@ -186,7 +186,7 @@ def test_a_page_names_the_whole_case(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert now() == "1970-01-02 00:00 UTC"
     case = case_of("axial_impact").with_settings([("bodies.hammer.mass", 1.5)])
     origin = of_case(case, "impactlab run axial_impact.yaml --set bodies.hammer.mass=1.5 --out DIR")
-    summary = summarise("toy", scene().scene, history(), EXACT)
+    summary = summarise("toy", history(), EXACT)
     table = comparison("toy", "st_venant", [("run", summary)])
     write_comparison(tmp_path, table, {"run": history()}, scene().scene, {"run": EXACT[1]}, provenance=origin)
     page = (tmp_path / "index.html").read_text(encoding="utf-8")

@@ -121,7 +121,7 @@ def test_a_subclass_of_continuous_that_changes_nothing_is_solved_and_measured_as
     assert history.dt is None
     reference, told = of_plain_run(*struck, history)
     assert told.status == "exact"
-    found = summarise("branded", struck.scene, history, reference, told)
+    found = summarise("branded", history, reference, told)
     assert found["errors"]["mass_displacement"] == pytest.approx(0.0, abs=1e-12)
     assert found["method"]["models"]["rod"]["kind"] == "branded"
 

@@ -140,7 +140,7 @@ def test_what_a_reference_does_not_know_itself_is_not_told():
     history = il.run(case)
     exact = reference.find(*case.simulation())
     vague = exact._replace(uncertainty=1e-4, uncertainties={"force": 0.5, "event_times": float("inf")})
-    errors = summary.errors(history, vague, case.scene())
+    errors = summary.errors(history, vague)
     assert [errors[key] for key in ("force", "event_times", "events_missed", "events_extra")] == [None] * 4
     assert errors["force_away_from_jumps"] is not None
     assert errors["reference_uncertainty"] == 1e-4
@@ -150,8 +150,8 @@ def test_a_summary_still_takes_a_name_and_a_history():
     case = paper()
     history = il.run(case)
     exact = reference.find(*case.simulation())
-    whole = summary.summarise("x", case.scene(), history, exact)["errors"]
-    assert summary.summarise("x", case.scene(), history, ("st_venant", exact.history))["errors"] == whole
+    whole = summary.summarise("x", history, exact)["errors"]
+    assert summary.summarise("x", history, ("st_venant", exact.history))["errors"] == whole
 
 
 def test_the_command_line_shows_what_it_was_measured_against(tmp_path):

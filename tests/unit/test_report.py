@@ -96,7 +96,7 @@ ORIGIN = Provenance("A & B <here>", "Somebody 1999", date="2026-01-02 03:04 UTC"
 
 def three() -> tuple[dict[str, Any], dict[str, SyntheticHistory]]:
     histories = {"good": history(1.01), "poor": history(1.3), "kicks": history(kicks=True)}
-    rows = [(name, summarise("toy", scene().scene, h, EXACT)) for name, h in histories.items()]
+    rows = [(name, summarise("toy", h, EXACT)) for name, h in histories.items()]
     failed = {"schema_version": 1, "case": "toy", "status": "failed", "error": {"text": "lost | at sea"}}
     return comparison("toy", "st_venant", [*rows, ("lost", failed)]), histories
 
@@ -201,7 +201,7 @@ def _same_definitions(text: str) -> bool:
 
 def test_a_run_writes_all_its_files_and_every_channel(tmp_path: Path) -> None:
     run = history(1.1)
-    summary = summarise("toy", scene().scene, run, EXACT)
+    summary = summarise("toy", run, EXACT)
     write_run(tmp_path, summary, run, EXACT)
     assert json.loads((tmp_path / "summary.json").read_text()) == summary
     with np.load(tmp_path / "history.npz") as saved:
@@ -214,7 +214,7 @@ def test_a_run_writes_all_its_files_and_every_channel(tmp_path: Path) -> None:
 
 
 def test_without_a_reference_a_report_shows_the_run_alone(tmp_path: Path) -> None:
-    summary = summarise("toy", scene().scene, history(), None)
+    summary = summarise("toy", history(), None)
     write_run(tmp_path, summary, history(), None)
     page = (tmp_path / "index.html").read_text().split("</style>")[1].split("<script>")[0].lower()
     missing = "not measured: no exact solution"  # is said, and nothing else of an exact solution
@@ -225,7 +225,7 @@ def test_without_a_reference_a_report_shows_the_run_alone(tmp_path: Path) -> Non
 
 def test_figures_for_a_column_of_a_journal(tmp_path: Path) -> None:
     run, files = history(1.1), figure_files("pdf,svg", "one")
-    write_run(tmp_path, summarise("toy", scene().scene, run, None), run, None, files=files)
+    write_run(tmp_path, summarise("toy", run, None), run, None, files=files)
     written = {path.suffix for path in (tmp_path / "figures").iterdir()}
     assert written == {".pdf", ".svg"}
     for svg in (tmp_path / "figures").glob("*.svg"):

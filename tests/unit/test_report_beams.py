@@ -51,7 +51,7 @@ def test_the_page_tells_collisions_and_moments(tmp_path: Path) -> None:
     )
     scene, history = case.scene(), il.run(case)
     assert fields.load_of(scene.bodies["beam"]) == "bending_moment"
-    write_run(tmp_path, summarise("long", scene, history), history, None)
+    write_run(tmp_path, summarise("long", history), history, None)
     page = (tmp_path / "index.html").read_text(encoding="utf-8")
     assert "Collision of sphere|beam: 3 sub-impacts" in page
     assert "Bending moment in beam" in page

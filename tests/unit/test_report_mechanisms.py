@@ -91,17 +91,17 @@ def test_a_joint_without_loss_takes_nothing(history: AbstractHistory) -> None:
     """It took "4.57035e-14 J", the rounding of its energy; a cushion in its place takes what it books."""
     joint = {"kind": "slack", "stiffness": 5e7, "slack": 1e-4}
     pulled = il.run(history.case.with_settings({"contacts.0.law": joint, "contacts.0.gap": 0.0}))
-    summary = summarise("slider_crank", pulled.scene, pulled, None)
+    summary = summarise("slider_crank", pulled, None)
     assert [each["loss"] for each in summary["links"]] == [0.0]
     assert "takes 0 J" in summary_text(summary)
     yields = {"kind": "elastic_plastic", "stiffness": 5e7, "yield_force": 50.0}
     taken = il.run(history.case.with_settings({"contacts.0.law": yields, "contacts.0.gap": 0.0}))
-    (link,) = summarise("slider_crank", taken.scene, taken, None)["links"]
+    (link,) = summarise("slider_crank", taken, None)["links"]
     assert link["loss"] == taken.links[0].loss > 1e-3
 
 
 def test_the_summary_says_how_errors_are_measured(history: AbstractHistory) -> None:
-    text = summary_text(summarise("slider_crank", history.scene, history, None))
+    text = summary_text(summarise("slider_crank", history, None))
     assert "not measured: no exact solution, and no reference that converges within 7 s" in text
 
 

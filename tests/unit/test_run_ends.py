@@ -18,7 +18,7 @@ GRAVITY, MASS = 9.81, 2.0  # m/s2, kg
 
 def final(history):
     """Return velocities, momenta and energies at the end of a run, as its summary has them."""
-    bodies = summary.final(history.scene, history)["bodies"]
+    bodies = summary.final(history)["bodies"]
     return {f"{key}:{name}": value for name, body in bodies.items() for key, value in body.items()}
 
 

@@ -53,12 +53,12 @@ def test_errors_beyond_the_stated_one_are_told_first_and_the_tolerance_is_not_me
     history = run(scene)
     ball = dataclasses.replace(scene.scene.bodies["ball"], velocity=1.01)
     other = find(*scene.but(tolerance=None, bodies=dict(scene.scene.bodies) | {"ball": ball}))
-    document = summary.summarise("ball", scene.scene, history, other)
+    document = summary.summarise("ball", history, other)
     assert document["status"] == "tolerance_not_met"
     assert document["choice"]["met"] is False
     assert document["choice"]["measured_error"] == pytest.approx(0.01, rel=0.2)
     assert document["warnings"][0]["code"] == "tolerance_not_met"
-    again = summary.summarise("ball", scene.scene, history, other)
+    again = summary.summarise("ball", history, other)
     assert [warned["code"] for warned in again["warnings"]].count("tolerance_not_met") == 1
 
 

@@ -17,7 +17,7 @@ from impactlab.bench.rows import row_of
 from impactlab.bench.schema import Row
 from impactlab.cli import app
 from impactlab.errors import RunWarning, StepError
-from impactlab.history import Warned
+from impactlab.history import AbstractHistory, Warned
 from impactlab.history.advice import ADVICE
 from impactlab.history.choice import Choice
 from impactlab.report import console
@@ -145,8 +145,7 @@ def test_a_run_that_more_than_doubles_its_energy_fails_with_what_was_reached(tmp
 def test_long_lists_are_shortened_on_the_screen_and_complete_in_json(tmp_path: Path) -> None:
     case = il.load_case(written(tmp_path)).method("by_steps")
     history = il.run(case)
-    scene = case.scene()
-    summary = summarise("x", scene, history)
+    summary = summarise("x", history)
     span = summary["contacts"][0]
     long = summary | {"contacts": [span | {"impulse": 1.0 + n} for n in range(237)]}
     lines = [line for line in console.summary_text(long).splitlines() if "contact" in line]
@@ -161,7 +160,7 @@ def test_a_gain_of_energy_is_told_first_and_to_python(tmp_path: Path, monkeypatc
     case = il.load_case(written(tmp_path)).method("by_steps")
     history = il.run(case)
     history.warnings += [Warned("near_grazing", "later"), Warned("energy_gain", "energy grew by 30 %")]
-    text = console.summary_text(summarise("x", case.scene(), history)).splitlines()
+    text = console.summary_text(summarise("x", history)).splitlines()
     assert text[1] == f"  warning   energy_gain: energy grew by 30 %. {ADVICE['energy_gain']}"
     assert sum("energy_gain" in line for line in text) == 1
     monkeypatch.setattr(driver, "run", lambda *_, **__: history)
@@ -202,22 +201,22 @@ def test_faces_that_stay_where_they_are_do_not_move_apart():
 
 
 def test_a_summary_has_units_and_no_digits_of_rounding():
-    text = console.summary_text(summarise("axial", *_exact_run()))
+    text = console.summary_text(summarise("axial", _exact_run()))
     assert "dt" not in text
     assert "intervals between events" in text
     assert "m/s" in text
     assert "e-1" not in text.split("energy    ")[1].split("\n")[0]
 
 
-def _exact_run() -> tuple[Any, ...]:
+def _exact_run() -> AbstractHistory:
     case = il.load_case("axial_impact").method("continuous")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RunWarning)
-        return case.scene(), il.run(case), None
+        return il.run(case)
 
 
 def test_an_exact_run_of_very_many_intervals_names_the_step_that_is_quicker() -> None:
-    summary = summarise("axial", *_exact_run())
+    summary = summarise("axial", _exact_run())
     assert "solve.step.dt" not in console.summary_text(summary)
     summary["cost"]["steps"] = 363_281
     lines = console.summary_text(summary).splitlines()

@@ -95,7 +95,7 @@ def history(model: Any = None, **changes: Any) -> SyntheticHistory:
 
 
 def test_the_summary_holds_every_key_of_the_contract() -> None:
-    summary = summarise("toy", scene(ModalLike(100, 40)).scene, history(ModalLike(100, 40)), ("itself", history()))
+    summary = summarise("toy", history(ModalLike(100, 40)), ("itself", history()))
     expected = {"schema_version", "case", "status", "method", "events", "contacts", "final", "energy", "probes"}
     assert expected | {"errors", "cost", "warnings"} <= set(summary)
     assert (summary["schema_version"], summary["case"], summary["status"]) == (1, "toy", "completed")
@@ -140,7 +140,7 @@ def test_gains_are_shares_of_the_energy_in_play() -> None:
 
 
 def test_a_run_without_an_exact_answer_says_so() -> None:
-    text = summary_text(summarise("toy", scene(ModalLike()).scene, history()))
+    text = summary_text(summarise("toy", history()))
     assert "errors    not measured" in text
 
 
@@ -160,14 +160,14 @@ def test_times_of_rigid_bodies_are_in_seconds() -> None:
 
 def test_a_comparison_without_errors_gives_the_reason() -> None:
     """Its columns of errors held dashes, without a word."""
-    summary = summarise("toy", scene(ModalLike()).scene, history())
+    summary = summarise("toy", history())
     text = table(comparison("toy", None, [("base", summary), ("other", summary)]))
     assert text.count("errors not measured: no exact solution") == 1
 
 
 def test_the_summary_is_strict_json() -> None:
     spans = (ContactSpan(PAIR, np.float64(0.0), None, np.float64(np.inf), float("nan")),)
-    text = json.dumps(summarise("toy", scene(ModalLike()).scene, history(contacts=spans)), allow_nan=False)
+    text = json.dumps(summarise("toy", history(contacts=spans)), allow_nan=False)
     assert json.loads(text)["contacts"] == [
         {"contact": PAIR, "start": 0.0, "end": None, "impulse": None, "peak_force": None}
     ]
@@ -176,14 +176,14 @@ def test_the_summary_is_strict_json() -> None:
 
 def test_an_impulse_law_reports_its_kicks() -> None:
     spans = (ContactSpan(PAIR, 0.0, 2.0, 3.6, None, 0.1, 37),)
-    entry = summarise("toy", scene(ModalLike()).scene, history(contacts=spans))["contacts"][0]
+    entry = summarise("toy", history(contacts=spans))["contacts"][0]
     assert (entry["first_impulse"], entry["kicks"], entry["peak_force"]) == (0.1, 37, None)
 
 
 def test_an_integrator_that_was_not_used_is_not_reported() -> None:
     exact = history(WaveTrain(), dt=None)
     exact.integrator_used = False
-    used = summarise("toy", scene(WaveTrain()).scene, exact)["method"]
+    used = summarise("toy", exact)["method"]
     assert (used["integrator"], used["dt"]) == (None, None)
     assert used["models"]["rod"]["kind"] == "wave_train"
 
@@ -211,7 +211,7 @@ def test_plain_values_are_of_python_and_finite() -> None:
 
 
 def two_rows() -> dict[str, Any]:
-    good = summarise("toy", scene(ModalLike(100, 40)).scene, history(ModalLike(100, 40)), ("itself", history()))
+    good = summarise("toy", history(ModalLike(100, 40)), ("itself", history()))
     failed = {"schema_version": 1, "case": "toy", "status": "refused", "error": {"text": "no such pair"}}
     return comparison("toy", "itself", [("base", good), ("hopeless", failed)])
 
@@ -297,13 +297,13 @@ def test_a_stepped_delay_line_is_not_said_to_be_solved_from_event_to_event() -> 
     hertz = case.with_settings(
         {"contacts.0.law": {"kind": "hertz", "stiffness": 1e10}, "solve.step": {"points_per_period": 20}}
     )
-    stepped = summarise("stepped", hertz.scene(), il.run(hertz))
+    stepped = summarise("stepped", il.run(hertz))
     assert stepped["method"]["stepping"] == "stepped delay line"
     assert "; stepped delay line; dt " in summary_text(stepped)
     facts = dict(method_facts(stepped))
     assert facts["integrator"] == "none: stepped delay line"
     assert facts["model of rod"] == "continuous, stepped delay line"
-    exact = summarise("exact", case.scene(), il.run(case))
+    exact = summarise("exact", il.run(case))
     assert "stepping" not in exact["method"]
     assert dict(method_facts(exact))["integrator"] == "none: solved from event to event"
     assert dict(method_facts(exact))["model of rod"] == "continuous"
@@ -335,7 +335,7 @@ def test_a_stepped_delay_line_is_not_said_to_be_solved_from_event_to_event() -> 
 def test_options_of_laws_have_their_units(law: dict[str, Any], words: str) -> None:
     case = falling(0.03, law, 0.0, gap=0.0).with_("solve.integrator", {"kind": "midpoint"})
     history = il.run(case)
-    shown = dict(method_facts(summarise("falling", case.scene(), history), units_of(history)))
+    shown = dict(method_facts(summarise("falling", history), units_of(history)))
     assert shown["contact law"].replace("\N{NO-BREAK SPACE}", " ") == words
 
 

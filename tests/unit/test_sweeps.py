@@ -59,7 +59,7 @@ def test_a_grid_has_a_dimension_per_axis_and_the_values_of_single_runs(case):
         assert point["time_in_contact"].item() == sum(
             each.until(history.duration) - each.start for each in history.contacts
         )
-        expected = collisions(history.scene, history)[0].restitution  # None while still closed at the end of the run
+        expected = collisions(history)[0].restitution  # None while still closed at the end of the run
         assert point["restitution"].item() == pytest.approx(
             np.nan if expected is None else expected, rel=0, nan_ok=True
         )
@@ -486,7 +486,7 @@ def test_a_run_with_a_contact_that_a_sweep_does_not_have_is_refused_by_its_name(
     wanted = quantities_of(row_of_beads(2).scene(), ["impulse"], registry())
     longer = row_of_beads(4)
     with pytest.raises(il.CaseError, match=r"no place for impulse of 'bead_2\|bead_3'"):
-        values(longer.scene(), il.run(longer), wanted, registry())
+        values(il.run(longer), wanted, registry())
 
 
 def test_a_contact_whose_name_holds_a_place_is_the_same_at_all_points():
@@ -495,7 +495,7 @@ def test_a_contact_whose_name_holds_a_place_is_the_same_at_all_points():
     first, other = (case.with_("contacts.0.between", place) for place in places)
     wanted = quantities_of(first.scene(), ["impulse"], registry())
     history = il.run(other)
-    [row] = values(other.scene(), history, wanted, registry())
+    [row] = values(history, wanted, registry())
     assert row == [history.impulse_of(contact.name) for contact in history.scene.contacts]
 
 
