@@ -14,6 +14,9 @@ import pytest
 import typer.testing
 from hypothesis import HealthCheck, settings
 
+# Before numpy is imported: threads of linear algebra spin while they wait for a processor, which other workers use.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from impactlab.report import page
 
 # In CI the same examples every time; elsewhere new ones at each run.

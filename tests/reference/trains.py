@@ -105,9 +105,6 @@ class Differences(NamedTuple):
     segments_force: float  # while the bars hold together, over the largest force
     segments_displacement: float
     together: float  # s, how long they do
-    events: int
-    intervals: int
-    pieces: int
     energy: float  # largest error of the balance, over the energy
 
 
@@ -137,10 +134,7 @@ def compare(train: Train, duration: float = 1.0e-3) -> Differences:
         mine = signal.integral(t, False) - signal.integral(np.zeros(1), False)
         push = max(push, float(np.max(np.abs(mine - row[:known]))) / largest)
     force, displacement, together = against_segments(train, history, duration)
-    return Differences(
-        apart, push, force, displacement, together, len(history.events), history.cost.steps,
-        int(np.sum(history.log.junctions["records"])), energy,
-    )  # fmt: skip
+    return Differences(apart, push, force, displacement, together, energy)
 
 
 def against_segments(train: Train, history: ContinuousHistory, duration: float) -> tuple[float, float, float]:
