@@ -244,7 +244,7 @@ def stepped_mesh(left, right, segments, tension=0.0, mass="lumped", damping=0.0,
 
 @pytest.mark.parametrize("segments", [(STEEL,), TWO], ids=["one", "two"])
 @pytest.mark.parametrize("tension", [0.0, 2e5])
-@pytest.mark.parametrize(("left", "right"), list(product(ENDS, ENDS)))
+@pytest.mark.parametrize(("left", "right"), zip(ENDS, [*ENDS][1:] + [*ENDS][:1], strict=True))
 def test_a_leapfrog_step_is_the_matrix_product(left, right, tension, segments):
     system = stepped_mesh(left, right, segments, tension, damping=30.0).operators()
     assert len(system.beam_elements.runs) == len(segments)
@@ -254,8 +254,7 @@ def test_a_leapfrog_step_is_the_matrix_product(left, right, tension, segments):
 HELD = [ends for ends in product(ENDS, ENDS) if "clamped" in ends or (ends == ("pinned", "spring"))]
 
 
-@pytest.mark.parametrize("damping", [0.0, 30.0])
-@pytest.mark.parametrize("plane", ["chord", "flap"])
+@pytest.mark.parametrize(("plane", "damping"), [("chord", 0.0), ("flap", 30.0)])
 @pytest.mark.parametrize(("left", "right"), HELD)
 def test_a_leapfrog_step_of_a_beam_that_turns_is_the_matrix_product(left, right, plane, damping):
     """Of slender segments and sheared ones, far enough from the axis that the centrifugal part is a large one."""
