@@ -2,9 +2,9 @@
 
 Options are ``[--out DIR] [--check]``; without a name it lists the studies. ``--check`` writes nothing to docs/ and
 fails where a page there differs from the study. Other options are those of one study: ``python -m studies NAME
---help``. Programs beside these: ``studies/same_numbers.py`` compares the numbers of two versions, and with ``python -m``
-``studies.first_picture`` draws the animation of the first page, ``studies.error_equation`` measures the stated errors of
-single runs, ``studies.killed_sweeps`` kills sweeps and compares their results.
+--help``. Beside these ``studies/same_numbers.py`` compares the numbers of two versions, and with ``python -m``
+``studies.first_picture`` draws the animation of the first page, ``studies.error_equation`` measures the stated errors
+of single runs, and ``studies.killed_sweeps`` kills sweeps and compares their results.
 """
 
 from __future__ import annotations

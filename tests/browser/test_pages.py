@@ -213,7 +213,7 @@ def test_zoom_is_the_same_in_all_plots_and_has_buttons(pages, browser):
     assert browser.execute_script("return impactlab.spans()")[0] == pytest.approx([0.0, whole])
 
 
-def test_the_table_sorts_by_a_column_and_says_so(pages, browser):
+def test_the_table_sorts_by_a_column_and_marks_it(pages, browser):
     show(browser, pages["compared"])
     head = next(each for each in browser.find_elements(By.CSS_SELECTOR, "thead th") if each.text.startswith("impulse"))
     head.find_element(By.TAG_NAME, "button").send_keys(Keys.ENTER)

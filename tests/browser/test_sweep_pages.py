@@ -105,7 +105,7 @@ def test_words_stand_on_the_page_and_a_method_in_the_command(pages, browser):
     assert browser.find_element(By.CSS_SELECTOR, "#axes output").text == "continuous"
 
 
-def test_a_point_without_values_says_why(pages, browser):
+def test_a_point_without_values_shows_the_reason(pages, browser):
     show(browser, pages["failed"])
     found = il.open_sweep(pages["failed"].parent)
     place = [int(each[0]) for each in (found["status"].values != 1).nonzero()]

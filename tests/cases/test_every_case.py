@@ -48,7 +48,7 @@ def test_no_case_is_forgotten() -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_case_says_why_it_exists_and_where_it_comes_from(name: str) -> None:
+def test_a_case_states_its_purpose_and_its_source(name: str) -> None:
     text = (CASES / f"{name}.yaml").read_text(encoding="utf-8")
     head = text[: text.index("schema_version")]
     assert "# Why it exists:" in head
@@ -60,7 +60,7 @@ def test_a_case_says_why_it_exists_and_where_it_comes_from(name: str) -> None:
 
 
 @pytest.mark.parametrize("label", LABELS)
-def test_the_numbers_in_the_file_are_those_of_the_answer(label: str) -> None:
+def test_the_numbers_in_the_file_are_those_of_the_reference(label: str) -> None:
     """To half a unit of the last digit printed, and they stand in the file's own words."""
     text = (CASES / f"{label.partition('/')[0]}.yaml").read_text(encoding="utf-8")
     head = text[: text.index("schema_version")]
@@ -101,7 +101,7 @@ def test_all_methods_complete_with_errors_against_the_reference(label: str) -> N
 
 
 @pytest.mark.parametrize("label", LABELS)
-def test_the_answer_keeps_its_energy_and_momentum(label: str) -> None:
+def test_the_reference_keeps_its_energy_and_momentum(label: str) -> None:
     """A free body gains what contacts, weight and end forces gave it; energy stays, of an exact answer to 1e-11."""
     history, scene = answer(label), case_of(label).scene()
     converged = mechanical(label) or rows(label)["base"]["errors"]["reference"] == "converged"
@@ -132,7 +132,7 @@ def line_of(label: str) -> study.Line:
 
 
 @pytest.mark.parametrize("label", LABELS)
-def test_the_line_of_the_page_is_that_of_the_answer(label: str) -> None:
+def test_the_line_of_the_page_is_that_of_the_reference(label: str) -> None:
     """What `python -m studies cases` would write, each number to two units of its last printed digit."""
     page = (DOCS / "cases.md").read_text(encoding="utf-8")
     head, *kept = page[page.index("<!-- table: cases -->") : page.index("\n<!-- end of table -->")].splitlines()[1:]

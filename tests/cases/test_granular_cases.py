@@ -30,7 +30,7 @@ def at_end(history: AbstractHistory, case: Case) -> np.ndarray:
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
-def test_a_case_says_why_it_exists_and_all_its_methods_keep_energy_and_momentum(file: Path) -> None:
+def test_a_case_states_its_purpose_and_all_its_methods_keep_energy_and_momentum(file: Path) -> None:
     head = file.read_text(encoding="utf-8").split("schema_version")[0]
     assert "# Why it exists:" in head
     assert "# What is exact:" in head
@@ -86,7 +86,7 @@ def test_the_numbers_in_a_file_are_those_of_scipy(name: str, first: int, last: i
     )
 
 
-def test_a_short_tapered_chain_converges_to_the_answer_of_scipy() -> None:
+def test_a_short_tapered_chain_converges_to_the_solution_of_scipy() -> None:
     case = case_of("tapered_chain").with_settings({"bodies.bead.repeat": 6, "solve.duration": 1.5e-4})
     exact = marched(*chain_of(case), 1.5e-4, 1e-11)
     errors = []

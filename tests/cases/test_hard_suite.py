@@ -59,7 +59,7 @@ def is_run(file: Path, variants: list[str], variant: str, method: str) -> bool:
     return variants.index(variant) % turns == METHODS.index(method) % turns
 
 
-def test_every_hard_case_says_why_it_exists_what_must_happen_and_what_is_exact() -> None:
+def test_every_hard_case_states_its_purpose_its_expectation_and_its_exact_numbers() -> None:
     for file in FILES:
         head = file.read_text(encoding="utf-8").split("schema_version")[0]
         for words in ("Why it exists:", "What must happen:", "What is exact"):

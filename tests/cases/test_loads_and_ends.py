@@ -53,7 +53,7 @@ def test_viscous_end() -> None:
     assert gone == pytest.approx(-1.2 * math.exp(-2.0 * last), rel=1e-12)
 
 
-def test_ram_cushion_pile_after_the_toe_has_answered() -> None:
+def test_ram_cushion_pile_after_the_reflection_at_the_toe() -> None:
     """The same with what the toe returns, (Z - D)/(Z + D) of the velocity sent: units 1 ms, 4 m/s, 1 kg."""
     history = exact("ram_cushion_pile")
     z, k, d = (0.088 * (3.125e10 * 2500.0) ** 0.5 * 1e-3, 8.0e8 * 1e-6, 2.0e5 * 1e-3)

@@ -27,7 +27,7 @@ def test_axial_impact() -> None:
 
 
 @pytest.mark.parametrize("law", ["nitsche", "velocity_complementarity", "addition_deletion", "wave_identification"])
-def test_an_exact_run_says_where_its_law_stands_for_the_hard_contact(law: str) -> None:
+def test_an_exact_run_warns_where_its_law_stands_for_the_hard_contact(law: str) -> None:
     history = il.run(case_of("axial_impact").method("continuous").with_("contacts.0.law", {"kind": law}))
     assert history.contacts[0].peak_force == pytest.approx(78276.57, rel=1e-6)
     approximates = law in ("nitsche", "velocity_complementarity")

@@ -142,7 +142,7 @@ REMEDIES = [
 
 
 @pytest.mark.parametrize(("refused", "named", "instead"), REMEDIES, ids=lambda value: str(value))
-def test_what_a_refusal_tells_to_use_works(
+def test_the_remedy_of_a_refusal_works(
     refused: tuple[str, str, str], named: str, instead: tuple[str, str, str]
 ) -> None:
     found = matrix.outcome(*refused, TRIPS, timed=False)

@@ -86,7 +86,7 @@ def test_free_beam_and_sphere_keep_momentum_and_angular_momentum(theory, method,
 
 @settings(max_examples=25, deadline=None)
 @given(other=st.floats(0.02, 0.98), ends=st.tuples(st.sampled_from(KINDS), st.sampled_from(KINDS)), **chosen)
-def test_force_here_moves_there_what_force_there_moves_here(theory, method, at, other, ends):
+def test_responses_of_two_places_are_reciprocal(theory, method, at, other, ends):
     model, integrator, dt = METHODS[method]
     beam = Beam("beam", (SEGMENTS[theory],), End(ends[0]), End(ends[1]), theory=theory)
     if method in ("craig_bampton", "ritz"):
@@ -111,7 +111,7 @@ def test_force_here_moves_there_what_force_there_moves_here(theory, method, at, 
 
 @settings(max_examples=20, deadline=None)
 @given(ends=st.tuples(st.sampled_from(KINDS), st.sampled_from(KINDS)), **chosen)
-def test_the_mirrored_beam_gives_the_mirrored_answer(theory, method, at, ends):
+def test_the_mirrored_beam_gives_the_mirrored_solution(theory, method, at, ends):
     one = run_sampled(scene_of(theory, method, at, ends))
     other = run_sampled(scene_of(theory, method, 1.0 - at, ends[::-1]))
     times = np.linspace(0.0, one.duration, 200)

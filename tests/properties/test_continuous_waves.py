@@ -43,7 +43,7 @@ def test_energy_balance(alpha, far, law, gravity):
 
 @quick
 @given(alphas, laws)
-def test_what_the_mass_gives_the_free_rod_takes(alpha, law):
+def test_the_momentum_of_the_mass_goes_to_the_free_rod(alpha, law):
     history = solve(*struck(alpha, 12.0, FREE, law))
     impulse = sum(span.impulse for span in history.contacts)
     given_ = (1.0 - float(history.evaluate(12.0, "velocity:hammer"))) / alpha
@@ -79,7 +79,7 @@ def test_nothing_moves_before_the_wave_arrives(alpha, far, x, share):
 
 @quick
 @given(alphas, ends, laws)
-def test_mirrored_scene_mirrored_answer(alpha, far, law):
+def test_mirrored_scene_has_the_mirrored_solution(alpha, far, law):
     one, other = solve(*struck(alpha, 8.0, far, law)), solve(*struck(alpha, 8.0, far, law, mirrored=True))
     assert [e.kind for e in one.events] == [e.kind for e in other.events]
     assert [e.time for e in one.events] == pytest.approx([e.time for e in other.events], abs=1e-12)

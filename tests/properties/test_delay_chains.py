@@ -112,7 +112,7 @@ def test_they_agree_with_the_exact_solver(given: Struck) -> None:
 
 @settings(max_examples=20, deadline=None)
 @given(struck())
-def test_the_mirrored_scene_has_the_mirrored_answer(given: Struck) -> None:
+def test_the_mirrored_scene_has_the_mirrored_solution(given: Struck) -> None:
     one, other = (run(*scene(given, UNIT / 5, stepped=True, mirrored=seen)) for seen in (False, True))
     length, t = sum(given.transits), np.linspace(0.0, one.duration, 50)
     for x, twin in ((given.at, length - given.at), (given.held, length - given.held)):

@@ -44,7 +44,7 @@ def total(history: AbstractHistory) -> float:
 
 
 @pytest.mark.parametrize("name", MIRRORED)
-def test_a_mirrored_mechanism_gives_the_mirrored_answer(name: str) -> None:
+def test_a_mirrored_mechanism_gives_the_mirrored_solution(name: str) -> None:
     case, changes = MIRRORED[name]
     one, other = il.run(case), il.run(case.with_settings(changes))
     assert len(one.contacts) == len(other.contacts) > 0
@@ -125,7 +125,7 @@ def test_the_table_of_the_docs_is_measured() -> None:
 
 
 @pytest.mark.parametrize(("step", "far"), [({"points_per_period": 10}, True), ({"dt": 1e-4}, False)])
-def test_a_link_that_turns_far_in_a_step_may_pass_a_wall_and_says_so(step: dict[str, float], far: bool) -> None:
+def test_a_link_that_turns_far_in_a_step_may_pass_a_wall_with_a_warning(step: dict[str, float], far: bool) -> None:
     """A bar of 0.5 kg and 0.3 m at 10 rad/s meets a wall after 3.3 ms and gives it 2 I w/L = 1 N s, by 1/cos of 1/30.
 
     Rigid links have no period: ten points of the one assumed are steps of 0.63 s.

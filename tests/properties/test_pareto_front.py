@@ -31,7 +31,7 @@ def beaten(point: Pair, others: list[Pair]) -> bool:
 
 
 @given(POINTS)
-def test_the_front_is_what_no_point_beats(points: list[Pair]) -> None:
+def test_the_front_has_the_points_that_none_dominates(points: list[Pair]) -> None:
     assert sorted(front(points)) == sorted(point for point in points if not beaten(point, points))
 
 

@@ -79,7 +79,7 @@ STEEL = Segment(0.3, 9e-4, 2.1e11, 7900.0)
     ("model", "bound"),
     [(Modal(None, 10), 0.032), (Modal(None, 40), 0.008), (Modal(None, 160), 0.002), (Modal(40, 40, "lumped"), 1e-12)],
 )
-def test_field_of_a_held_modal_body_takes_an_impulse_but_for_its_truncation(
+def test_field_of_a_held_modal_body_takes_an_impulse_up_to_its_truncation(
     model: AbstractRodModel, bound: float
 ) -> None:
     # The momentum of mode k of a rod held at its far end goes as (-1)^k 2/((k - 1/2) pi): an alternating series, whose

@@ -106,7 +106,7 @@ def test_compiled_run_and_plain_run_give_the_same_values(tmp_path: Path) -> None
             assert agree(compiled, plain[name]), name
 
 
-def test_exception_in_a_law_reaches_the_caller_with_what_was_reached() -> None:
+def test_exception_in_a_law_reaches_the_caller_with_the_history_so_far() -> None:
     with pytest.raises(StepError, match="ValueError: the table ends here") as caught:
         simulate.run(*scene("mesh", Broken()))
     error = caught.value

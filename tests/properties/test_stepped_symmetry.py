@@ -77,7 +77,7 @@ def shared_alike(rod: Rod, model: AbstractRodModel) -> bool:
         turned=False,
     )
 )
-def test_mirrored_scene_mirrored_answer_to_rounding(scene: Simulation) -> None:
+def test_mirrored_scene_has_the_mirrored_solution_to_rounding(scene: Simulation) -> None:
     assume(
         all(
             shared_alike(body, scene.method.models[body.name])
@@ -100,7 +100,7 @@ def test_mirrored_scene_mirrored_answer_to_rounding(scene: Simulation) -> None:
         turned=False,
     )
 )
-def test_mirrored_modal_scene_mirrored_answer(scene: Simulation) -> None:
+def test_mirrored_modal_scene_has_the_mirrored_solution(scene: Simulation) -> None:
     assert before_first_opening(whole(scene), whole(mirrored(scene)), 1.0, 1.0, 1.0) < 2e-9
 
 

@@ -88,7 +88,7 @@ def warnings_of(document: dict[str, Any], folder: Path) -> list[tuple[str, list[
 
 @pytest.mark.filterwarnings("ignore::impactlab.errors.DoubtfulResult")
 @pytest.mark.parametrize("seed", SEEDS)
-def test_warnings_know_neither_sides_nor_order_nor_size(seed: int, tmp_path: Path) -> None:
+def test_warnings_depend_neither_on_sides_nor_order_nor_size(seed: int, tmp_path: Path) -> None:
     scene = scene_of(seed)
     given = warnings_of(case_of(scene), tmp_path)
     order = list(reversed(range(len(scene[0]))))

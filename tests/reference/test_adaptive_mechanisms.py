@@ -27,7 +27,7 @@ def adaptively(case: il.Case, tolerance: float = TIGHT, **options: Any) -> il.Ca
 
 
 @pytest.mark.parametrize("method", ["DOP853", "Radau", "LSODA"])
-def test_two_rigid_links_swing_as_the_textbook_says(method: str) -> None:
+def test_two_rigid_links_swing_as_in_the_textbook(method: str) -> None:
     history = il.run(adaptively(document(BARS, TURNED, 1.0, 1e-3, gravity=[0.0, -9.81]), method=method))
     found = [float(history.evaluate(1.0, f"angle:{name}")) for name in BARS]
     assert found == pytest.approx(double_pendulum(1.0), abs=1e-7)
@@ -98,7 +98,7 @@ def test_the_second_contact_of_two_links_is_settled() -> None:
     assert found[36, 12, 1e-8] == pytest.approx((9.663763e-3, 10.017896e-3), abs=1e-9)
 
 
-def test_a_run_by_the_midpoint_rule_is_measured_against_it_when_asked() -> None:
+def test_a_run_by_the_midpoint_rule_is_measured_against_it_on_request() -> None:
     case = il.load_case(CASES / "two_link_arm.yaml")
     scene, method = case.simulation()
     unasked, judge = api.summarised(case, il.run(case))

@@ -60,7 +60,7 @@ def test_one_blow(blow: piling.Blow) -> None:
     assert {each.code for each in history.warnings} == {"integrator_unused"}
 
 
-def test_its_step_answers_each_contact_alone(blow: piling.Blow) -> None:
+def test_its_step_solves_each_contact_alone(blow: piling.Blow) -> None:
     """Nodes a step or more apart; the helmet lies between two contacts."""
     history = il.run(pile(1e-4, duration=1e-3))
     coupled = [contact.coupled for contact in history.assembly.contacts]
@@ -101,7 +101,7 @@ def test_shafts_of_more_pieces_tend_to_one_set() -> None:
     assert steps[0] > steps[1] > steps[2]
 
 
-def test_a_step_costs_what_its_links_cost() -> None:
+def test_the_cost_of_a_step_is_that_of_its_links() -> None:
     """Memory and coefficients of a step grow with the links, the delays hold their waves: a count, not a time."""
     sizes = {}
     for pieces in (50, 100):
@@ -112,7 +112,7 @@ def test_a_step_costs_what_its_links_cost() -> None:
     assert np.all(sizes[100] <= 2.0 * sizes[50])
 
 
-def test_a_bare_pile_tends_to_its_exact_answer() -> None:
+def test_a_bare_pile_tends_to_its_exact_solution() -> None:
     """Ram of 5 t at 3 m/s, hard contact; a toe of 1 MN that yields, springs back and holds: of the second order."""
     rod = Rod("pile", (Segment(20.0, 0.16, 40e9, 2500.0),), FREE, FREE)
     bodies = Mass("ram", 5000.0, 3.0), rod, Wall("base")
@@ -262,7 +262,7 @@ def test_a_clamp_of_no_stiffness_leaves_the_pile_as_it_was() -> None:
 
 
 @pytest.mark.slow
-def test_a_pile_with_all_its_links_tends_to_the_answer_from_event_to_event() -> None:
+def test_a_pile_with_all_its_links_tends_to_the_solution_from_event_to_event() -> None:
     """With `rule: viscous`, which has an exact answer: seventeen links and cushions, of the second order."""
     case = il.load_case("smith_pile").with_("solve", {"duration": 0.012, "model": {"kind": "continuous"}})
     for number in (2, 3):

@@ -109,7 +109,7 @@ def test_same_seed_gives_same_cases() -> None:
     assert len(list(scenes.scan())) == 369
 
 
-def test_row_says_silent_and_warned_apart() -> None:
+def test_row_counts_silent_and_warned_apart() -> None:
     row = measure.measured(next(iter(scenes.scan())))
     assert row["status"] == "ran"
     assert str(row["known"]) == "1"

@@ -94,7 +94,7 @@ SCENES = {
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
 @pytest.mark.parametrize("name", SCENES)
-def test_the_error_lies_within_what_was_expected_and_within_the_tolerance(name, tolerance):
+def test_the_error_lies_within_the_expected_one_and_the_tolerance(name, tolerance):
     scene = SCENES[name]().but(tolerance=Tolerance(tolerance))
     history = solve(*scene)
     error, known = measured(history, scene)
@@ -179,7 +179,7 @@ def test_a_peak_where_a_step_load_arrives_counts(tolerance: float) -> None:
     assert history.choice.expected_error <= tolerance
 
 
-def test_times_are_told_without_powers_of_ten():
+def test_times_are_printed_without_powers_of_ten():
     assert [_number(value) for value in (690.4, 3212.0, 27.3, 0.0123, None)] == ["690", "3212", "27", "0.012", "-"]
 
 
@@ -198,7 +198,7 @@ def test_a_power_law_on_uniform_rods_is_a_delay_line():
     assert "constant springs" in refused[0].reason
 
 
-def test_what_a_description_cannot_record_it_is_not_chosen_for():
+def test_a_description_is_not_chosen_for_probes_that_it_cannot_record():
     probes = (Probe("rod", 0.15, "stress"),)
     history = solve(*struck(Hertz(1e12), 1e-3, probes=probes))
     assert "mesh" in history.choice.chosen
@@ -260,7 +260,7 @@ def test_a_choice_survives_pickle_and_json():
     assert {"candidate", "predicted_error", "estimated_error", "solve_s", "verdict", "reason"} <= set(said["ladder"][0])
 
 
-def test_a_tolerance_that_was_not_met_is_told(monkeypatch):
+def test_a_tolerance_that_was_not_met_is_warned_of(monkeypatch):
     """Where no cost explains it, the best found is the answer, with the error that it must be expected to have."""
     scene = struck(AdditionDeletion(), 1e-6, damping=Rayleigh(stiffness=1e-6))
     monkeypatch.setattr(level_errors, "MAX_LEVELS", 2)
@@ -424,7 +424,7 @@ def ball_on_beam(law, theory) -> Simulation:
     )
 
 
-def test_rods_whose_transits_are_no_multiples_keep_what_is_stated():
+def test_rods_whose_transits_are_no_multiples_keep_the_stated_error():
     """A wave that arrives between two steps is less exact: 25 steps of the shorter rod are twice as wrong as 24."""
     case = load_case(CASES / "rounded_ends.yaml").variant("tip")
     scene = physics_of(case).but(probes=(), snapshots=(), tolerance=Tolerance(1e-4))

@@ -107,7 +107,7 @@ def test_mirrored_mass_between_two_rods(law):
     assert there == pytest.approx(-here, abs=1e-12)
 
 
-def test_intervals_without_end_stop_the_run_with_what_was_reached(monkeypatch):
+def test_intervals_without_end_stop_the_run_with_the_history_so_far(monkeypatch):
     struck_rod = struck(1.0, 6.0, CLAMPED)
     whole = solve(*struck_rod)
 

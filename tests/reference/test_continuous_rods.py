@@ -143,7 +143,7 @@ def test_dashpot_of_the_impedance_absorbs_everything():
     assert max(book.largest_gain, book.largest_loss) < 1e-12
 
 
-def test_spring_end_reflects_as_its_relaxation_says():
+def test_spring_end_reflects_with_its_relaxation_time():
     # a step wave 1/2 + 1/2 on a spring end: Z u' + k u = 2 Z r gives v = 2 r exp(-k t/Z)
     k = 3.0
     bar = rod(right=End("spring", k), velocity=1.0)

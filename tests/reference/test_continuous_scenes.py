@@ -109,7 +109,7 @@ def test_equal_rods_swap_their_velocities():
             assert float(history.evaluate(5.0, f"stress:{body}@{x}")) == pytest.approx(0.0, abs=1e-14)
 
 
-def test_hopkinson_bar_transmits_what_the_impedances_say():
+def test_hopkinson_bar_transmits_by_its_impedances():
     # striker and incident bar of Z1 = 1, transmission bar of Z2 = 4: a pulse of V Z1/2 that lasts 2 L/c of the striker;
     # 2 Z2/(Z1 + Z2) of it passes, (Z2 - Z1)/(Z1 + Z2) returns
     history, _, _ = in_a_row(

@@ -185,7 +185,7 @@ SCENES = {
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_what_little_effort_says_of_itself_holds_against_more(name):
+def test_the_uncertainty_of_a_coarse_reference_holds_against_a_finer_one(name):
     scene = SCENES[name]()
     rough, fine = reference.find(*scene, 0.02), reference.find(*scene, 1.0)
     assert fine.uncertainty < 0.3 * rough.uncertainty or fine.uncertainty <= converged_reference.TARGET_UNCERTAINTY
@@ -278,13 +278,13 @@ def test_rigid_bodies_alone_converge():
     assert span.impulse == pytest.approx(2.0 * mass * V0, rel=1e-9)
 
 
-def test_two_masses_in_hard_contact_have_no_answer():
+def test_two_masses_in_hard_contact_have_no_reference():
     scene = struck(AdditionDeletion())
     heavy = dataclasses.replace(scene.scene.bodies["rod"], left=End("mass", 0.1))
     assert reference.find(*scene.but(bodies={**scene.scene.bodies, "rod": heavy})) is None
 
 
-def test_an_overlap_at_the_start_has_no_hard_answer():
+def test_an_overlap_at_the_start_has_no_reference_of_hard_contact():
     scene = struck(AdditionDeletion(), damping=Rayleigh(mass=100.0))
     overlapping = dataclasses.replace(scene.scene.contacts[0], gap=-1e-5, overlap_allowed=True)
     assert reference.find(*scene.but(contacts=(overlapping,))) is None
@@ -329,7 +329,7 @@ def test_three_levels_that_agree_to_reading_claim_no_less_than_that():
     }
 
 
-def test_an_answer_that_a_second_description_contradicts_claims_their_difference():
+def test_a_reference_that_a_second_description_contradicts_has_their_difference_as_uncertainty():
     """The wrong one here is that of a mass two per cent heavier, found by three levels that agree."""
     scene = struck(AdditionDeletion(), damping=Rayleigh(mass=500.0))
     heavier = scene.but(bodies=scene.scene.bodies | {"hammer": Mass("hammer", 1.02 * M, V0)})

@@ -60,7 +60,7 @@ def swing(model, integrator, damping):
 
 @pytest.mark.parametrize("damping", DAMPINGS)
 @pytest.mark.parametrize("model", MODELS.values(), ids=MODELS.keys())
-def test_it_decays_as_the_closed_form_says(model, damping):
+def test_it_decays_by_the_closed_form(model, damping):
     history, found, exact = swing(model, Newmark(), damping)
     # Average acceleration turns too slowly by (w dt)^2/12 = 2.06e-5 of the angle, 2 pi after one period: 1.3e-4.
     assert np.max(np.abs(found - exact)) < 1.35e-4

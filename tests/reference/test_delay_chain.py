@@ -51,7 +51,7 @@ def stepped_rod(far: End, dt: float, mirrored: bool = False) -> Simulation:
 
 
 @pytest.mark.parametrize("far", ENDS, ids=lambda end: "force" if end.force else end.kind)
-def test_a_rod_of_three_segments_converges_to_the_exact_answer(far: End) -> None:
+def test_a_rod_of_three_segments_converges_to_the_exact_solution(far: End) -> None:
     """Three transits without a common measure: places move to the grid, which is of the first order."""
     answer = solve(*stepped_rod(far, 1e-6).but(law=SPRING))
     found = [errors(stepped_rod(far, 4e-6 / 4.0**level), answer) for level in range(4)]
@@ -194,7 +194,7 @@ def test_energy_and_momentum_close_to_rounding() -> None:
 
 
 @pytest.mark.parametrize("dt", [1e-6, 3.7e-7])
-def test_the_mirrored_rod_has_the_mirrored_answer(dt: float) -> None:
+def test_the_mirrored_rod_has_the_mirrored_solution(dt: float) -> None:
     one, other = run(*stepped_rod(FREE, dt)), run(*stepped_rod(FREE, dt, mirrored=True))
     assert one.dt == other.dt
     t = np.linspace(0.0, one.duration, 300)
@@ -206,7 +206,7 @@ def test_the_mirrored_rod_has_the_mirrored_answer(dt: float) -> None:
     np.testing.assert_allclose(theirs.values[::-1], ours.values, atol=1e-9 * size)
 
 
-def test_contacts_at_different_places_do_not_answer_each_other_within_a_step() -> None:
+def test_contacts_at_different_places_are_independent_within_a_step() -> None:
     body = Rod("rod", (STEEL, THICK), FREE, FREE)
     walls = {name: Wall(name) for name in "abcd"}
     links = [
@@ -224,7 +224,7 @@ def test_contacts_at_different_places_do_not_answer_each_other_within_a_step() -
     assert history.evaluate(5e-5, "force:rod.at(0.1)|b") == history.evaluate(5e-5, "force:rod.at(0.1)|d")
 
 
-def test_places_move_by_half_a_cell_at_most_and_a_warning_says_how_far() -> None:
+def test_places_move_by_half_a_cell_at_most_with_a_warning() -> None:
     body = Rod("rod", (STEEL, THICK), FREE, FREE)
     coarse = struck(body, Continuous(), Asked(), mass=1.0, x=0.131, step=StepRule(dt=1.7e-5))
     plan = prepare(*coarse)

@@ -56,7 +56,7 @@ def exact(case: Simulation) -> Any:
 @pytest.mark.parametrize(
     "far", [CLAMPED, FREE, End("spring", 1e9), End("dashpot", 2e4), End("mass", 1.0)], ids=lambda e: e.kind
 )
-def test_it_converges_to_the_exact_answer(far: End, mirrored: bool) -> None:
+def test_it_converges_to_the_exact_solution(far: End, mirrored: bool) -> None:
     errors = []
     for points in (4, 16, 128):
         case = scene(Asked(), far, points, mirrored)
@@ -69,7 +69,7 @@ def test_it_converges_to_the_exact_answer(far: End, mirrored: bool) -> None:
         assert fine < 1e-5
 
 
-def test_a_hard_contact_beside_a_power_law_converges_to_the_exact_answer() -> None:
+def test_a_hard_contact_beside_a_power_law_converges_to_the_exact_solution() -> None:
     """The wave that wave_identification looks for arrives at the face itself: it needs no messenger there."""
     steel = {"young": 2e11, "density": 8000.0}
     rod = il.Rod(length=0.5, area=1e-3, material=steel)  # a transit of 0.1 ms

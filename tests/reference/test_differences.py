@@ -141,7 +141,7 @@ def test_derivatives_are_withheld_with_a_reason(case, path, name, reason):
     assert reason in each.reason
 
 
-def test_the_table_of_a_stepped_case_shows_differences_and_what_they_reach():
+def test_the_table_of_a_stepped_case_shows_differences_with_their_errors():
     case = stepped(model=COARSE)
     rows = il.sensitivities(case, [MASS, "contacts.0.law.damping"], ["impulse", "contacts"])
     by_mass, count = rows.find("impulse", MASS), rows.find("contacts", MASS)

@@ -66,7 +66,7 @@ def struck(
 # Messengers of single modes.
 
 
-def test_the_messengers_of_a_uniform_rod_tell_its_free_motion() -> None:
+def test_the_messengers_of_a_uniform_rod_give_its_free_motion() -> None:
     for far, x in (("clamped", 0.0), ("free", 0.0), ("free", 0.3), ("clamped", 0.11)):
         body = Modal(None, 30).build(rod(far), 0.0)
         frequencies = np.sqrt(body.operators().stiffness[0])
@@ -84,7 +84,7 @@ def sines(quantity: Quantity, x: float, count: int, segment: BeamSegment) -> Arr
 
 
 @pytest.mark.parametrize("tension", [0.0, 2e3])
-def test_messengers_on_both_sides_of_a_pinned_beam_tell_its_free_motion(tension: float) -> None:
+def test_messengers_on_both_sides_of_a_pinned_beam_give_its_free_motion(tension: float) -> None:
     # Each mode is one standing wave without a near field; by symmetry the slopes on both sides cancel.
     held = replace(beam(SLENDER, "pinned", "pinned"), tension=tension)
     k = np.arange(1, 25) * np.pi / SLENDER.length
@@ -147,7 +147,7 @@ def test_a_mode_s_messenger_and_its_free_motion_are_one_law() -> None:
         assert np.max(np.abs(a - b)) < 1e-9 * np.max(np.abs(b)), channel
 
 
-def test_all_modes_answer_a_force_as_the_impedance_does() -> None:
+def test_the_response_of_all_modes_to_a_force_is_that_of_the_impedance() -> None:
     # Sum of phi^2 sin(w dt)/w over d modes is (2/pi) Si(w_max dt) of 1/Z, by a midpoint rule of d cells.
     d = 200
     body = Modal(None, d).build(rod(), 0.0)
@@ -159,7 +159,7 @@ def test_all_modes_answer_a_force_as_the_impedance_does() -> None:
         assert answered == pytest.approx(2.0 / np.pi * sici(turn)[0], abs=0.01)
 
 
-def test_where_the_face_answers_as_its_impedance_both_laws_give_the_same_force() -> None:
+def test_where_the_face_responds_by_its_impedance_both_laws_give_the_same_force() -> None:
     # The law of the source divides by 1/Z and reads v - s/(rho c); given both, the general form is the same number.
     dt, rng = 1e-7, np.random.default_rng(0)
     nothing, z = math.nan, STEEL.impedance
@@ -227,7 +227,7 @@ def test_without_residual_it_books_all_it_takes(integrator: AbstractIntegrator, 
     assert seen.energy.largest_loss < 5e-3
 
 
-def test_with_residual_what_it_cannot_resolve_is_booked_and_never_negative() -> None:
+def test_with_residual_the_unresolved_energy_is_booked_and_never_negative() -> None:
     body = rod()
     seen = struck((body, Modal(None, 20)), DispersiveIdentification(), STEEL.mass, 3.0 * body.round_trip)
     assert 0.0 < seen.energy.booked["unresolved"][-1] < 0.05 * seen.energy.scale
@@ -289,7 +289,7 @@ def test_the_sketch_is_refused_at_a_tip_with_its_number() -> None:
         ),
     ],
 )
-def test_where_the_sketch_cannot_serve_it_says_why(
+def test_where_the_sketch_cannot_serve_it_gives_the_reason(
     body: tuple[ElasticBody, AbstractRodModel], law: AbstractContactLaw, x: float, dt: float, words: str
 ) -> None:
     assert words in refused(body, law, x, dt)

@@ -38,7 +38,7 @@ def test_the_words_are_true() -> None:
 
 
 @pytest.mark.slow
-def test_a_whole_collision_is_what_the_page_concludes() -> None:
+def test_a_whole_collision_is_that_of_the_page() -> None:
     # Runs of a hundred contacts follow the last digit: of them only what the page concludes is held.
     for line in dispersive.rebound().splitlines()[2:]:
         _, method, left, contacts, energy = (cell.strip() for cell in line.strip("|").split("|"))
@@ -54,7 +54,7 @@ def test_transforms_with_singularities_on_the_imaginary_axis_are_inverted() -> N
     assert scenes.inverted(lambda s: 1.0 / (s + np.sqrt(s)), t) == pytest.approx(erfcx(np.sqrt(t)), abs=1e-8)
 
 
-def test_what_the_page_says_of_messengers() -> None:
+def test_the_numbers_of_the_page_on_messengers() -> None:
     places = {place.name: place for place in dispersive.PLACES}
     for name in ("uniform rod, end", "Love rod, end", "pinned slender beam, middle", "pinned Timoshenko beam, middle"):
         # Rounding of hyperbolic functions of arguments up to 20 pi, some 1e3 times that of one.
@@ -89,7 +89,7 @@ def test_the_transform_of_a_timoshenko_beam_tends_to_the_slender_one() -> None:
         assert problem.exact(late)[0] == pytest.approx(other[0], abs=2e-3)
 
 
-def test_mode_shapes_miss_the_static_answer_by_the_cube_of_their_number() -> None:
+def test_mode_shapes_miss_the_static_compliance_by_the_cube_of_their_number() -> None:
     # The part of N modes left out of the flexibility of a beam is a sum of 1/k^4 from N on.
     for scene in (bases.PINNED, bases.TIP):
         order = math.log(bases.error(scene, "eigenvectors", 12) / bases.error(scene, "eigenvectors", 40), 40.0 / 12.0)
@@ -97,7 +97,7 @@ def test_mode_shapes_miss_the_static_answer_by_the_cube_of_their_number() -> Non
 
 
 @pytest.mark.parametrize("basis", ["ritz", "craig_bampton", "striker_attached"])
-def test_bases_that_know_the_contact_beat_mode_shapes(basis: str) -> None:
+def test_bases_with_a_shape_of_the_contact_beat_mode_shapes(basis: str) -> None:
     for scene in bases.SCENES:
         for count in (8, 12, 20):
             assert bases.error(scene, basis, count) < 0.5 * bases.error(scene, "eigenvectors", count), scene.name
@@ -137,7 +137,7 @@ def test_the_velocities_after_a_kick_are_a_peak_that_narrows() -> None:
     assert bases.kick(5).reach > 0.9
 
 
-def test_ten_and_twenty_modes_give_the_peak_of_a_hertzian_contact_as_told() -> None:
+def test_ten_and_twenty_modes_give_the_peak_of_a_hertzian_contact_of_the_page() -> None:
     """0.05 % and 0.006 %, on the page and in the case: the middle is moved by five of the modes, and by ten."""
     page = (DOCS / "beams.md").read_text(encoding="utf-8")
     ten, twenty = map(float, re.findall(r"ten modes give its peak to ([\d.]+) % and twenty to ([\d.]+) %", page)[0])

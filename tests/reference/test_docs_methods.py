@@ -39,7 +39,7 @@ SAMPLE = ["EXPLICIT", "MASSLESS", "BATHE", "MOREAU", "STABILISED", "WAVES"]
 
 
 @pytest.mark.parametrize("name", SAMPLE)
-def test_rows_of_the_periodic_bar_are_what_the_runs_give(name: str) -> None:
+def test_rows_of_the_periodic_bar_are_those_of_the_runs(name: str) -> None:
     scheme = getattr(schemes, name)
     row = row_of("periodic", scheme.name, scheme.rule)
     for place, n in enumerate((20, 80)):
@@ -107,7 +107,7 @@ def test_the_continuous_bar_bounces_a_hundred_times_to_1e_9() -> None:
     assert row_of("bouncing", "continuous", "none")["in time"] == "100"
 
 
-def test_a_bar_at_rest_has_the_energy_that_the_page_tells() -> None:
+def test_a_bar_at_rest_has_the_energy_of_the_page() -> None:
     # Weight per length 10, EA = 900: u' = -10 (L - x)/900; strain energy minus work of the weight, -10^2 L^3/(6 EA).
     rest = -(10.0**2) * 10.0**3 / (6.0 * 900.0)
     assert rest == pytest.approx(-18.5, abs=0.05)

@@ -147,7 +147,7 @@ def test_several_passes_of_a_rod_of_three_metres() -> None:
     assert abs(hammer) < 1e-9
 
 
-def test_the_curve_of_efficiency_has_its_optimum_where_theory_says() -> None:
+def test_the_curve_of_efficiency_has_its_optimum_at_that_of_theory() -> None:
     best = 0.628215604313 * 2e11 * AREA / HAMMER
     assert efficiency(best, 0.0) == pytest.approx(0.814528755178, rel=1e-12)
     curve = sweep(drill(best, 0.0, dt=0.5e-6), [0.5 * best, 0.9 * best, best, 1.1 * best, 2.0 * best])
@@ -194,7 +194,7 @@ def test_drills_that_cannot_be_evaluated_are_refused(path: str, value: Any, said
         sweep(case, [1e8])
 
 
-def test_a_sweep_refuses_a_stiffness_that_is_none() -> None:
+def test_a_sweep_refuses_an_invalid_stiffness() -> None:
     with pytest.raises(il.CaseError, match="above 0"):
         sweep(drill(2.5e8, 0.1), [1e8, -1.0])
     with pytest.raises(il.ImpactlabError, match="another dimension"):

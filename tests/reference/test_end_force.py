@@ -76,7 +76,7 @@ def test_a_matched_dashpot_takes_the_wave() -> None:
 
 
 @pytest.mark.parametrize("kind", ["mass", "spring", "dashpot"])
-def test_what_holds_the_end_shares_the_force(kind: str) -> None:
+def test_supports_of_the_end_share_the_force(kind: str) -> None:
     """Until T the rod is a dashpot Z: m v' + (Z + d) v + k u = F."""
     history = pushed(CLAMPED, End(kind, 0.7, F), duration=0.99 * T)  # type: ignore[arg-type]
     t = np.linspace(0.0, 0.95 * T, 11)
@@ -138,7 +138,7 @@ ENDS = [CLAMPED, FREE, End("mass", 1.0), End("spring", 1e8, -2e3)]
     [(way, end) for way in WAYS for end in ENDS if way != "adaptive" or end.kind == "mass"],
     ids=lambda each: each if isinstance(each, str) else each.kind,
 )
-def test_stepped_models_meet_the_exact_answer(way: str, right: End) -> None:
+def test_stepped_models_tend_to_the_exact_solution(way: str, right: End) -> None:
     given = stepped(WAYS[way], End("free", force=LOAD), right)
     history = run(*given)
     # The velocity of the end jumps, so its displacement is of first order: mesh and modes resolve L/40 at least.
@@ -156,7 +156,7 @@ def test_stepped_models_meet_the_exact_answer(way: str, right: End) -> None:
 
 
 @pytest.mark.parametrize("right", [CLAMPED, FREE], ids=["clamped", "free"])
-def test_analytic_modes_leave_out_what_their_flexibility_says(right: End) -> None:
+def test_analytic_modes_leave_out_their_residual_flexibility(right: End) -> None:
     """Each mode left out swings between 0 and twice its static answer; the steps themselves are exact."""
     given = stepped((Modal(modes=40), ExactModal(), StepRule(points_per_period=10)), End("free", force=LOAD), right)
     history, exact = run(*given), solve(*given)

@@ -317,7 +317,7 @@ def test_momentum_given_is_momentum_taken(integrator: str, force: Any) -> None:
         assert momentum_error(history, history, history.scene) < 1e-13
 
 
-def test_mirrored_scene_mirrored_answer() -> None:
+def test_mirrored_scene_has_the_mirrored_solution() -> None:
     """And other units: powers of 4, so that not even a digit changes."""
     case = pushed(PULSE, "central_difference", right={"mass": 0.1})
     there = run(*mirrored(case.simulation()))

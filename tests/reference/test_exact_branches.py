@@ -207,7 +207,7 @@ def struck(law: dict[str, Any], wall: bool, speed: float = 5.0, **solve: Any) ->
 
 @pytest.mark.parametrize("wall", [True, False], ids=["wall", "rod"])
 @pytest.mark.parametrize("law", LAWS)
-def test_steps_tend_to_the_exact_answer(law: str, wall: bool) -> None:
+def test_steps_tend_to_the_exact_solution(law: str, wall: bool) -> None:
     exact = solved(struck(LAWS[law], wall))
     t = np.linspace(0.0, 3e-3, 301)
     expected = exact.evaluate(t, "displacement:a@0.7")
@@ -228,7 +228,7 @@ def test_steps_tend_to_the_exact_answer(law: str, wall: bool) -> None:
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_mirrored_scene_has_the_mirrored_answer(law: str) -> None:
+def test_mirrored_scene_has_the_mirrored_solution(law: str) -> None:
     def case(mirrored: bool) -> il.Case:
         side = -1.0 if mirrored else 1.0
         bodies = {
@@ -341,7 +341,7 @@ def test_bonds_between_masses_are_refused() -> None:
         il.run(il.Case(bodies=bodies, contacts=contacts, solve={"duration": "1 ms", "model": EXACT}))
 
 
-def test_a_given_step_asks_for_the_delay_line() -> None:
+def test_a_given_step_is_taken_by_the_delay_line() -> None:
     assert isinstance(il.run(struck(LAWS["joint"], wall=True)), ContinuousHistory)
     assert not isinstance(il.run(struck(LAWS["joint"], wall=True, step={"dt": 1e-6})), ContinuousHistory)
 
@@ -443,7 +443,7 @@ def test_references_are_exact_where_links_have_branches() -> None:
     assert long is None or long.name == "converged"
 
 
-def test_a_tolerance_takes_the_exact_answer_of_links() -> None:
+def test_a_tolerance_takes_the_exact_solution_of_links() -> None:
     bodies = {"ram": il.Mass(2.0, velocity=5.0), "a": il.Rod(length=0.7, area=1e-3, material=STEEL), "w": il.Wall()}
 
     def chosen(law: dict[str, Any]) -> il.Case:

@@ -126,7 +126,7 @@ contacts: [{between: [hammer, rod.left], law: {kind: wave_identification}}]
 
 
 @pytest.mark.slow
-def test_a_tolerance_answers_where_the_exact_solver_runs_out_of_memory(tmp_path, monkeypatch):
+def test_a_tolerance_is_met_where_the_exact_solver_runs_out_of_memory(tmp_path, monkeypatch):
     case = tmp_path / "four.yaml"
     case.write_text(FOUR_MATERIALS + "solve: {duration: 1.5e-2, model: {kind: continuous}}\n")
     monkeypatch.setenv("IMPACTLAB_MEMORY", "1e8")

@@ -94,7 +94,7 @@ def test_located_rows_of_reduced_bases(name, law, model, row):
     assert history.energy.largest_gain < 1e-11
 
 
-def test_impedance_residual_starts_with_the_wave_s_force_and_books_what_it_hands_over():
+def test_impedance_residual_starts_with_the_force_of_the_wave_and_books_its_losses():
     scene = paper(ImpedanceResidual(), Modal(None, 10), ExactModal(), points=1000.0, located=True)
     history = run(*scene)
     first = float(history.evaluate(0.5 * history.dt, f"force:{scene.scene.contacts[0].name}"))
@@ -124,7 +124,7 @@ def test_the_attached_striker_s_eigenvectors_keep_the_books():
 
 
 @pytest.mark.parametrize("mass", ["consistent", "lumped"])
-def test_contact_stabilised_newmark_loses_what_it_books(mass):
+def test_contact_stabilised_newmark_loses_the_booked_energy(mass):
     losses = []
     for elements in (20, 80):
         scene = paper(AdditionDeletion(), FiniteElement(elements, mass), ContactStabilisedNewmark())
@@ -158,7 +158,7 @@ def test_hard_contact_on_a_massless_face_needs_no_impulse_and_keeps_the_energy(n
     assert float(gap.min()) > -1e-9 * travel
 
 
-def test_laws_without_an_answer_for_massless_faces_are_refused():
+def test_laws_without_a_force_on_massless_faces_are_refused():
     with pytest.raises(PairingError, match="massless"):
         run(*paper(VelocityComplementarity(), FiniteElement(20, "redistributed"), Newmark()))
 
@@ -283,7 +283,7 @@ def test_a_basis_that_leaves_nothing_out_has_no_residual():
         run(*paper(ImpedanceResidual(), Modal(20, None, basis=Eigenvectors()), ExactModal()))
 
 
-def test_nitsche_refuses_modes_that_do_not_tell_the_force_at_the_face():
+def test_nitsche_refuses_modes_without_a_force_at_the_face():
     with pytest.raises(PairingError, match="have only 40 %"):
         run(*paper(Nitsche(), Modal(100, 40), Newmark()))
     # Craig-Bampton modes hold the static answer to a force at the face.
@@ -301,7 +301,7 @@ def test_augmentations_give_back_no_more_than_they_took():
     assert history.energy.stored[-1] == 0.0
 
 
-def test_energy_that_a_scheme_damps_away_is_told():
+def test_energy_that_a_scheme_damps_away_is_warned_of():
     """Theta 1 is first order: at ten points per period it damps what vibrates; at theta 1/2 nothing is lost unseen."""
     codes = {}
     for theta in (0.5, 1.0):
@@ -327,7 +327,7 @@ KNOWN = {10: (0.209, 5.7e-3, 8.6e-4), 40: (0.102, 6.9e-4, 2.0e-5)}
 
 
 @pytest.mark.parametrize("modes", KNOWN)
-def test_craig_bampton_reaches_what_its_coordinates_can_give(modes):
+def test_craig_bampton_reaches_the_accuracy_of_its_coordinates(modes):
     summary = summary_of(basis="craig_bampton", modes=modes)
     errors = summary["errors"]
     found = [errors[key] for key in ("force", "face_displacement", "mass_displacement")]

@@ -87,7 +87,7 @@ def built(left: End = INFINITE, dt: float = 1e-7) -> tuple[InfiniteBeam, Any]:
     return model, model.stepper(np.ones((1, 1)), dt)
 
 
-def test_a_constant_force_is_answered_exactly_over_decades() -> None:
+def test_a_constant_force_has_the_exact_response_over_decades() -> None:
     """v = 2 F sqrt(t/pi)/K, u its integral: the trapezoidal rule in ln p with spacing 1/2 errs by 1e-8."""
     dt, count = 1e-7, 5_000
     _, stepper = built(dt=dt)
@@ -149,7 +149,7 @@ def test_a_long_finite_beam_gives_the_same_until_something_comes_back() -> None:
         ({"displacement": np.sin}, "does not support displacement at t = 0"),
     ],
 )
-def test_what_it_does_not_know_is_refused(changes: dict[str, Any], told: str) -> None:
+def test_unsupported_parts_are_refused(changes: dict[str, Any], told: str) -> None:
     case = scene(DispersiveIdentification(), 1e-7, 1e-5)
     beam = dataclasses.replace(case.scene.bodies["beam"], **changes)
     with pytest.raises(ImpactlabError, match=told) as caught:
@@ -228,7 +228,7 @@ def sent_back(lumped: bool, wave: float, duration: float, elements: int) -> floa
 @pytest.mark.parametrize(("lumped", "most"), [(False, 5e-4), (True, 3e-3)])
 @pytest.mark.parametrize("elements", [20, 200])
 @pytest.mark.parametrize("duration", [1e-3, 1.0])
-def test_what_the_layer_of_a_mesh_sends_back(lumped: bool, most: float, elements: int, duration: float) -> None:
+def test_the_reflection_of_the_layer_of_a_mesh(lumped: bool, most: float, elements: int, duration: float) -> None:
     """Waves of 9 elements up to those that run twice the layer in the duration, 2 l = 2 k sqrt(EI/(rho A)) t."""
     spread = (EI / RHO_A) ** 0.25 * math.sqrt(duration)
     length = max(2.0, 16.0 * spread)
@@ -285,7 +285,7 @@ def test_a_heavy_mass_in_the_middle_slows_down_by_the_closed_form(tmp_path: Path
         assert history.evaluate([t], "velocity:m")[0] == pytest.approx(exact, abs=1.5e-3)
 
 
-def test_a_tolerance_below_what_a_layer_sends_back_is_refused(tmp_path: Path) -> None:
+def test_a_tolerance_below_the_reflection_of_a_layer_is_refused(tmp_path: Path) -> None:
     """All runs have it in common: it is known before the first of them."""
     with pytest.raises(ImpactlabError, match=r"keeps 2e-05: the best .* is about 5e-05, by [^0-9]*\n"):
         long_run(tmp_path, "pinned", "tolerance: 2.0e-5")
@@ -314,7 +314,7 @@ def struck_in_the_middle(body: Beam, integrator: Any, dt: float, duration: float
 
 @pytest.mark.parametrize("theory", ["euler_bernoulli", "timoshenko"])
 @pytest.mark.parametrize("mass", ["consistent", "lumped"])
-def test_a_mesh_with_layers_answers_like_the_infinite_beam(theory: str, mass: str) -> None:
+def test_a_mesh_with_layers_responds_like_the_infinite_beam(theory: str, mass: str) -> None:
     """The contact lasts 100 us; its waves, of 10 cm, would be back at the middle of 60 cm after 200 us."""
     model = FiniteElement(elements=240, mass=mass)  # type: ignore[arg-type]
     piece = (

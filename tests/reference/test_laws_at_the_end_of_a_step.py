@@ -63,7 +63,7 @@ def test_losses_are_those_of_the_law(law: dict[str, Any], lost: float) -> None:
 
 
 @pytest.mark.parametrize("zeta", [0.2, 0.6])
-def test_a_dashpot_takes_what_the_spring_holds_at_the_release(zeta: float) -> None:
+def test_a_dashpot_takes_the_energy_of_the_spring_at_the_release(zeta: float) -> None:
     """At the release the spring still held 5 % of the energy, for any step, and nothing booked it.
 
     The restitution is that of docs/theory/contact-laws.md. The touch within a step leaves a first-order error: the
@@ -81,7 +81,7 @@ def test_a_dashpot_takes_what_the_spring_holds_at_the_release(zeta: float) -> No
 @pytest.mark.parametrize(
     ("law", "hysteresis"), [("hunt_crossley", 1.5 * 0.5), ("lankarani_nikravesh", 0.75 * 0.75), ("flores", 1.6)]
 )
-def test_hysteresis_takes_what_its_restitution_says(law: str, hysteresis: float) -> None:
+def test_hysteresis_takes_the_loss_of_its_restitution(law: str, hysteresis: float) -> None:
     """The damping force at the end of a step times its travel was booked: 1 % too much, of the order of the step.
 
     The true restitution is the root of the equation in docs/theory/contact-laws.md, with b = a v0.

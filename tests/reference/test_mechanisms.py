@@ -35,7 +35,7 @@ def double_pendulum(duration: float) -> np.ndarray:
     return solve_ivp(rates, (0.0, duration), [0.3, -0.4, 1.0, 2.0], method="DOP853", rtol=1e-12, atol=1e-12).y[:2, -1]
 
 
-def test_two_rigid_links_swing_as_the_textbook_says_at_second_order():
+def test_two_rigid_links_swing_as_in_the_textbook_at_second_order():
     """In the second angle errors of third order, of the predicted middles, still show at these steps."""
     exact, errors = double_pendulum(1.0), []
     for dt in (5e-4, 2.5e-4):

@@ -173,7 +173,7 @@ def test_a_sphere_touches_a_long_beam_several_times(found: Any) -> None:
     assert values["impulse"] == pytest.approx(values["impulse_mesh"], abs=1e-4)
 
 
-def test_the_committed_pages_are_what_the_runs_give(found: Any) -> None:
+def test_the_committed_pages_are_those_of_the_runs(found: Any) -> None:
     """As `python -m studies paper --check` compares them, from the same runs; all figures are drawn."""
     assert list(changes(STUDY)) == []
 

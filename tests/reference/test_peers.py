@@ -91,7 +91,7 @@ def test_opening_is_read_from_force_or_gap():
 
 
 @pytest.mark.parametrize("peer", [compiled_peer, numpy_peer], ids=["compiled", "numpy"])
-def test_loops_by_hand_tend_to_the_exact_answer(peer):
+def test_loops_by_hand_tend_to_the_exact_solution(peer):
     """First order in h for the face (half a mesh length of it is lumped): four times the elements, a quarter."""
     coarse, fine = (explicit(peer, TWO_MATERIAL, n)["face_displacement"] for n in (40, 160))
     assert 3.0 < coarse / fine < 7.0
@@ -114,7 +114,7 @@ def test_newmark_by_hand_is_the_package_s(elements):
     assert step_loop.measure(elements, 1, step_loop.SCHEMES["newmark"])["difference"] < 1e-9
 
 
-def test_newmark_by_hand_tends_to_the_exact_answer():
+def test_newmark_by_hand_tends_to_the_exact_solution():
     """First order in h for the face, as central difference; the constraint chatters, hence the wide bounds."""
     setting = {"model": "chain", "scheme": "newmark", "courant": 1.0}
     coarse, fine = (errors(compiled_peer, TWO_MATERIAL, coordinates=n, **setting) for n in (30, 240))
@@ -122,7 +122,7 @@ def test_newmark_by_hand_tends_to_the_exact_answer():
     assert fine["face_displacement"] < 5e-3
 
 
-def test_solve_ivp_tends_to_the_exact_answer():
+def test_solve_ivp_tends_to_the_exact_solution():
     """More coordinates, less error; the face of N Craig-Bampton coordinates is off by about 0.06/N (0.007 at 10).
 
     The opening wanders: where a truncated force parts for good hangs on its ripples.
@@ -134,7 +134,7 @@ def test_solve_ivp_tends_to_the_exact_answer():
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
-def test_impactlab_is_timed_on_what_it_answers(case):
+def test_impactlab_is_timed_on_its_own_solution(case):
     """The parts that are timed apart give the whole: exact to the straight lines between 6000 samples."""
     found = errors(impactlab_peer, case, model="exact")
     assert max(found.values()) < 1e-5
@@ -165,7 +165,7 @@ PACKAGES = {
 
 
 @pytest.mark.parametrize("name", PACKAGES)
-def test_packages_tend_to_the_exact_answer(name):
+def test_packages_tend_to_the_exact_solution(name):
     """A mesh of 100 elements, a contact spring of 3 E A/h: penetrations of h/3 against displacements of L/2, 0.7 %."""
     pytest.importorskip(name.split()[0], exc_type=ImportError) if name != "openseespy" else _opensees()
     peer, setting = PACKAGES[name]
@@ -187,7 +187,7 @@ def _opensees():
         pytest.skip(f"openseespy does not load here: {error}")
 
 
-def test_the_package_knows_no_other_program():
+def test_the_package_imports_no_other_program():
     """Nothing in impactlab imports a package of the extra `peers`; sources without their names are not parsed."""
     others = {"exudyn", "mujoco", "openseespy", "benchmarks"}
     for path in (ROOT / "impactlab").rglob("*.py"):

@@ -481,7 +481,7 @@ def test_a_velocity_that_gives_the_pile_no_energy_is_not_matched(on_160: il.Case
         match(on_160, at_head.time, at_head.force, sign * at_head.velocity, ["toe.capacity"])
 
 
-def test_a_head_that_cannot_be_told(on_160: il.Case) -> None:
+def test_an_ambiguous_head_is_refused(on_160: il.Case) -> None:
     case = il.Case(
         bodies={name: on_160.document.data["bodies"][name] for name in ("pile", "ground")},
         contacts=[on_160.document.data["contacts"][2]],

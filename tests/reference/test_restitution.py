@@ -109,7 +109,7 @@ def test_error_of_the_hysteretic_laws_falls_with_the_square_of_the_step() -> Non
     ],
 )
 @pytest.mark.parametrize("integrator", [Newmark(), CentralDifference()], ids=["newmark", "central_difference"])
-def test_hysteretic_laws_return_what_they_say(
+def test_hysteretic_laws_have_their_true_restitution(
     law: HuntCrossley, true: float | None, integrator: AbstractIntegrator
 ) -> None:
     if true is not None:
@@ -163,7 +163,7 @@ def test_tiny_steps_do_not_blow_up_the_rounding_of_a_spring() -> None:
 
 
 @pytest.mark.parametrize("restitution", [1.0, 0.9, 0.5, 0.2, math.exp(-2.0), 0.05])
-def test_khulief_shabana_returns_what_was_asked_for(restitution: float) -> None:
+def test_khulief_shabana_has_the_given_restitution(restitution: float) -> None:
     law = KhuliefShabana(STIFFNESS, restitution)
     frequency = math.sqrt(STIFFNESS / MASS)
     slow = 1.0 + law.spring(*facts(), math.nan)[1] / (MASS * frequency)
@@ -243,7 +243,7 @@ def test_a_coarse_explicit_run_is_right_or_warned_of_or_fails(law: HuntCrossley,
             assert returned(history) == pytest.approx(right, abs=0.02)
 
 
-def test_an_explicit_step_beyond_stability_says_so() -> None:
+def test_an_explicit_step_beyond_stability_is_refused() -> None:
     _, duration = hertz_time()
     with pytest.raises(
         StepError,

@@ -244,7 +244,7 @@ def test_schemes_keep_their_order_in_the_turning_frame(integrator: Any, order: f
 # --- symmetry and units
 
 
-def test_a_mirrored_scene_gives_the_mirrored_answer() -> None:
+def test_a_mirrored_scene_gives_the_mirrored_solution() -> None:
     here = run(*struck(100.0, FiniteElement(60), Midpoint(), StepRule(courant=0.5), Penalty(1e9)))
     rod = turning(100.0, FREE, CLAMPED, L)
     hammer = Mass("hammer", M, 1.0, rotation=Rotation(100.0, -rod.steady.radii[0]))

@@ -199,7 +199,7 @@ def wave_number(omega: Any) -> Any:
     return np.sqrt((-b + np.sqrt(b * b - 4.0 * a * c)) / (2.0 * a))
 
 
-def test_what_is_pushed_at_a_and_moves_at_b_is_so_the_other_way_round() -> None:
+def test_responses_of_two_places_are_reciprocal() -> None:
     places = (0.0, 0.11)
     model = TimoshenkoWaves(
         beam(right=End("clamped")), 0.0, tuple(Face(x, n, math.nan) for n, x in enumerate(places)), (), 1e-4, False
@@ -247,7 +247,7 @@ def test_the_step_fits_the_contact_and_both_grids() -> None:
         assert model.misfit(plan.dt) < 5e-4  # half a cell of this step would be 1.4e-3
 
 
-def test_what_it_does_not_know_is_refused() -> None:
+def test_unsupported_parts_are_refused() -> None:
     case = scene(beam(), 2e-7, 1e-5)
     for change, told in (
         ({"gravity": -9.81}, "does not support gravity"),

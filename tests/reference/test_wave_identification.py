@@ -73,7 +73,7 @@ def test_with_the_residual_the_second_contact_is_found(modes: int) -> None:
     assert any(start < 2.18 and end > 2.08 for start, end in spans(scene, run(*scene)))
 
 
-def test_seventy_of_a_hundred_modes_without_the_residual_fail_as_told() -> None:
+def test_seventy_of_a_hundred_modes_without_the_residual_fail_as_on_the_page() -> None:
     """The messenger passes on 39 % of the stress, the force dies, and the mass is off by more than half."""
     scene = paper(100, 70, residual=False)
     assert errors(scene, run(*scene))["mass_displacement"] == pytest.approx(0.64, abs=0.05)
@@ -161,7 +161,7 @@ def test_the_step_that_is_proposed_is_accepted(courant: float, mass: str) -> Non
 
 @pytest.mark.parametrize("integrator", [Newmark(), CentralDifference()])
 @pytest.mark.parametrize("gaps", [(0.0, 0.0), (1e-3, 2e-3)])
-def test_rigid_faces_lose_what_a_plastic_impact_loses(
+def test_rigid_faces_lose_the_energy_of_a_plastic_impact(
     integrator: Newmark | CentralDifference, gaps: tuple[float, float]
 ) -> None:
     """Their energy was gone without a book: 1.357 of 1.5 J, all of it an error of the run.

@@ -391,7 +391,7 @@ def test_channels_fields_and_snapshots_are_those_of_a_stepped_run() -> None:
         history.field("rod", 5e-5, "stress")
 
 
-def test_the_summary_has_no_step_and_tells_the_evaluations() -> None:
+def test_the_summary_has_no_step_and_has_the_evaluations() -> None:
     given = struck(LUMPED, Penalty(stiffness=2e9))
     summary = summarise("x", run(*given))
     assert summary["method"]["dt"] is None
@@ -434,7 +434,7 @@ def test_a_given_step_is_the_longest() -> None:
 
 
 @pytest.mark.parametrize(("raises", "says"), [(False, "did not return a force"), (True, "ValueError: too deep for me")])
-def test_a_law_that_fails_ends_the_run_with_what_was_reached(raises: bool, says: str) -> None:
+def test_a_law_that_fails_ends_the_run_with_the_history_so_far(raises: bool, says: str) -> None:
     with pytest.raises(StepError, match=says) as failed:
         run(*ball(Failing(raises), 0.1, integrator=Adaptive("RK45", 1e-9)))
     history = failed.value.history
@@ -497,7 +497,7 @@ def test_a_relative_stiffness_without_a_rod_is_refused_with_its_path() -> None:
 
 
 @pytest.mark.parametrize("events", ["dated", "located"])
-def test_events_are_located_whatever_the_case_says(events: Any) -> None:
+def test_events_are_located_without_the_key_too(events: Any) -> None:
     history = run(*ball(Penalty(stiffness=1e4), 0.1, events=events))
     assert (history.contacts[0].end or 0.0) * FREQUENCY == pytest.approx(math.pi, rel=1e-7)
 

@@ -58,6 +58,6 @@ def test_modes_that_are_near_enough_are_not_warned_of(modes: int, basis: object)
     assert not texts
 
 
-def test_the_zero_moment_of_a_free_end_is_not_said_to_be_wrong() -> None:
+def test_the_zero_moment_of_a_free_end_is_not_warned_of() -> None:
     history = il.run(struck_cantilever(modal(8, "craig_bampton"), ("free", "free")))
     assert "approximate_modes" not in {each.code for each in history.warnings}

@@ -127,7 +127,7 @@ def test_the_good_file_is_accepted(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", ["/dev/zero", "/dev/null", ".", "no/such/file.yaml"])
-def test_what_is_no_file_is_refused(path: str) -> None:
+def test_folders_and_devices_are_refused(path: str) -> None:
     refused(["check", path], "case file")
 
 

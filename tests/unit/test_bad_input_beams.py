@@ -91,7 +91,7 @@ def test_a_bad_beam_is_refused_with_a_remedy(changes: dict[str, str], line: int,
 
 
 @pytest.mark.parametrize("key", ["width", "height", "diameter"])
-def test_a_size_of_the_section_beside_it_says_where_it_stands(key: str) -> None:
+def test_a_size_of_the_section_beside_it_is_refused_with_its_place(key: str) -> None:
     with pytest.raises(CaseError, match=f"'{key}' is not known here") as caught:
         case_with(theory=f"timoshenko\n    {key}: 0.01")
     assert f"It stands inside 'section': write section: {{{key}: ..., ...}}" in str(caught.value)
@@ -123,7 +123,7 @@ def test_a_stocky_beam_is_warned_of_with_its_numbers() -> None:
     assert "stocky_beam" not in warned(given)
 
 
-def test_without_a_height_the_section_tells_how_stocky_a_beam_is() -> None:
+def test_without_a_height_the_slenderness_follows_from_area_and_inertia() -> None:
     """sqrt(12 I/A) is the height of a rectangle: 0.05 m here."""
     text = warned(case_with(section="{area: 5.0e-4, inertia: 1.0416666666666667e-7}"))["stocky_beam"]
     assert "6 times as long as high (slender from 10 on, the height taken as sqrt(12 I/A))" in text

@@ -198,7 +198,7 @@ def test_the_case_with_the_part_as_it_should_be_is_read(tmp_path: Path, chosen: 
     il.load_case(file).scene()
 
 
-def test_every_field_refuses_what_it_cannot_hold(tmp_path: Path, chosen: tuple[Group, str]) -> None:
+def test_every_field_refuses_values_of_another_type(tmp_path: Path, chosen: tuple[Group, str]) -> None:
     group, name = chosen
     part, file = OURS.load(group, name), tmp_path / "bad.yaml"
     for field in dataclasses.fields(part):
@@ -214,7 +214,7 @@ def test_every_field_refuses_what_it_cannot_hold(tmp_path: Path, chosen: tuple[G
             assert f"{path}: this key is missing" in message
 
 
-def test_every_field_misspelt_is_answered_with_its_name(tmp_path: Path, chosen: tuple[Group, str]) -> None:
+def test_every_field_misspelt_is_refused_with_its_name(tmp_path: Path, chosen: tuple[Group, str]) -> None:
     group, name = chosen
     part, file = OURS.load(group, name), tmp_path / "bad.yaml"
     names = [field.name for field in dataclasses.fields(part) if field.init]
@@ -230,7 +230,7 @@ def test_every_field_misspelt_is_answered_with_its_name(tmp_path: Path, chosen: 
     )
 
 
-def test_every_field_that_holds_a_part_refuses_what_is_none(tmp_path: Path, chosen: tuple[Group, str]) -> None:
+def test_every_field_that_holds_a_part_refuses_other_values(tmp_path: Path, chosen: tuple[Group, str]) -> None:
     group, name = chosen
     part, file = OURS.load(group, name), tmp_path / "bad.yaml"
     for field in dataclasses.fields(part):
@@ -249,7 +249,7 @@ def test_every_field_that_holds_a_part_refuses_what_is_none(tmp_path: Path, chos
             assert error.path == f"{path}.kind"
 
 
-def test_every_name_misspelt_is_answered_with_the_right_one(tmp_path: Path, chosen: tuple[Group, str]) -> None:
+def test_every_name_misspelt_is_refused_with_the_right_one(tmp_path: Path, chosen: tuple[Group, str]) -> None:
     group, name = chosen
     text = block(group, misspelt(name), {})
     error = refused(tmp_path / "bad.yaml", text)

@@ -310,7 +310,7 @@ def test_a_mass_behind_the_struck_one_falls_along_the_same_line() -> None:
 @pytest.mark.parametrize(
     ("along", "across"), [("x", "9.81"), ([0.6, -0.8], "5.886"), ("y", ""), ([0.0, -1.0], "")], ids=str
 )
-def test_a_weight_that_a_guide_takes_is_told(along: Any, across: str) -> None:
+def test_a_weight_that_a_guide_takes_is_warned_of(along: Any, across: str) -> None:
     history = il.run(case_with({"contacts.0.along": along, "gravity": [0.0, -9.81]}))
     found = [warned.text for warned in history.warnings if warned.code == "guided_weight"]
     assert found == (
@@ -318,7 +318,7 @@ def test_a_weight_that_a_guide_takes_is_told(along: Any, across: str) -> None:
     )
 
 
-def test_the_drive_of_a_second_link_acts_from_the_ground_and_says_so() -> None:
+def test_the_drive_of_a_second_link_acts_from_the_ground_with_a_warning() -> None:
     """The first link keeps its rate: no moment of the drive acts on it, and the hinge at its end carries no mass."""
     bodies = {"a": {"kind": "link", "length": 0.5, "mass": 0.5}, "b": {"kind": "link", "length": 0.8, "mass": 0.4}}
     links = [{"body": "a"}, {"body": "b", "drive": {"rate": 4.0, "within": 0.4}}]

@@ -33,7 +33,7 @@ def test_diagonal_systems_are_divided() -> None:
 
 
 @pytest.mark.parametrize("bands", [1, 3])
-def test_what_has_no_solution_is_refused_as_by_scipy(bands: int) -> None:
+def test_a_singular_system_is_refused_as_by_scipy(bands: int) -> None:
     banded = matrix(9, bands)
     with pytest.raises(LinAlgError, match="not positive definite"):
         solve(-banded, np.ones(9))

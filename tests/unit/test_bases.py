@@ -135,7 +135,7 @@ def test_pieces_of_a_substructured_rod_are_cut_at_borders_of_elements():
 
 
 @pytest.mark.parametrize("right", [CLAMPED, FREE])
-def test_the_first_ritz_vector_is_the_static_answer(right):
+def test_the_first_ritz_vector_is_the_static_displacement(right):
     mesh = struck(right=right)
     static = mesh.static(mesh.row(0.0, "displacement"))
     shapes = Ritz().span(mesh, 3, HIT).shapes
@@ -151,7 +151,7 @@ def test_forty_ritz_vectors_stay_orthogonal():
     assert shapes.T @ full(mesh.mass) @ shapes == pytest.approx(np.eye(40), abs=1e-12)
 
 
-def test_macneal_hands_what_it_leaves_out_to_a_massless_face():
+def test_macneal_gives_the_flexibility_left_out_to_a_massless_face():
     rod = Rod("rod", (STEEL,), FREE, CLAMPED)
     system = Modal(200, 10, basis=Macneal()).build(rod, 0.0, HIT).operators()
     # Of the continuous rod: L/(EA) (1 - sum 2/k^2 over ten modes, k = (n - 1/2) pi); the mesh adds its (k h)^2/12.
@@ -222,7 +222,7 @@ def test_attached_shapes_have_the_frequencies_of_rod_and_striker():
         (StrikerAttached(), (Face(0.0, 0, math.nan),), 10, "meets a rod"),
     ],
 )
-def test_what_a_basis_cannot_serve_is_refused_by_name(part, faces, modes, text):
+def test_bodies_that_a_basis_cannot_serve_are_refused_by_name(part, faces, modes, text):
     rod = Rod("rod", (STEEL,), FREE, CLAMPED)
     with pytest.raises(CaseError, match=text) as refusal:
         Modal(60, modes, basis=part).build(rod, 0.0, faces)

@@ -101,7 +101,7 @@ def test_a_beam_without_contacts_keeps_its_rigid_motions(basis):
     assert np.count_nonzero(reduced.frequencies == 0.0) == 2
 
 
-def test_a_mesh_too_large_for_its_modes_says_how_many_elements_are_allowed():
+def test_a_mesh_too_large_for_its_modes_is_refused_with_the_number_of_elements_allowed():
     with pytest.raises(CaseError, match="elements times order up to 1000"):
         Modal(1100, 10).build_beam(Beam("beam", (STEEL,), End("free"), End("free")), 0.0)
 

@@ -52,7 +52,7 @@ def test_springs_at_the_root_add_their_flexibility(elements):
     assert body.static_compliance(0.0, "shear_force", LENGTH) == pytest.approx(1.0, rel=1e-9)
 
 
-def test_a_stepped_cantilever_bends_as_castigliano_says():
+def test_a_stepped_cantilever_bends_by_castigliano_s_theorem():
     root, tip = replace(STEEL, length=0.1), replace(STEEL, length=0.06, young=7e10, inertia=3e-10)
     body = mesh(CLAMPED, FREE, (root, tip), 9)
     whole = root.length + tip.length
@@ -287,7 +287,7 @@ def check_leapfrog(system):
     assert abs(out[0] - motion - strain) < 1e-13 * scale
 
 
-def test_far_from_where_it_began_a_beam_feels_little_rounding():
+def test_the_rounding_of_a_beam_far_from_its_start_is_little():
     body = stepped_mesh("free", "free", (STEEL,))
     system = body.operators()
     n, dt = system.load.size, 0.3 / system.highest_frequency

@@ -118,7 +118,7 @@ def test_shapes_are_orthogonal_and_of_unit_mass(kinds, theory):
 
 @pytest.mark.parametrize("theory", SEGMENTS)
 @pytest.mark.parametrize("kinds", PAIRS)
-def test_modes_sum_up_to_the_static_answer(kinds, theory):
+def test_modes_sum_up_to_the_static_compliance(kinds, theory):
     segment = SEGMENTS[theory]
     modes = BeamModes(beam(segment, *kinds), 2000)
     elastic = modes.frequencies > 0.0
@@ -134,7 +134,7 @@ def test_modes_sum_up_to_the_static_answer(kinds, theory):
 
 @pytest.mark.parametrize("theory", SEGMENTS)
 @pytest.mark.parametrize("kinds", PAIRS)
-def test_static_answers_are_those_of_elements(kinds, theory):
+def test_static_compliances_are_those_of_elements(kinds, theory):
     segment = SEGMENTS[theory]
     body = beam(segment, *kinds)
     modes = BeamModes(body, 3)

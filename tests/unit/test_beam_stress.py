@@ -109,7 +109,7 @@ def test_it_serves_sweeps_and_is_saved(tmp_path):
         ),
     ],
 )
-def test_where_it_is_not_known_the_message_says_why(keys, says):
+def test_where_it_is_not_known_the_message_has_the_reason(keys, says):
     with pytest.raises(il.CaseError, match=rf"probes\.0\.quantity: the beam 'beam' has no stress to record\n{says}"):
         struck(beam(**keys), MODES)
 
@@ -156,7 +156,7 @@ def test_the_strain_of_a_cantilever_under_its_tip_force_is_that_of_the_textbook(
         ({"section": {"area": 6e-5, "inertia": 8e-11}}, "The height of its section is not known"),
     ],
 )
-def test_where_the_strain_is_not_known_the_message_says_why(keys, says):
+def test_where_the_strain_is_not_known_the_message_has_the_reason(keys, says):
     with pytest.raises(il.CaseError, match=rf"the beam 'beam' has no strain to record\n{says}"):
         struck(beam(**keys), MODES, ("strain",))
 

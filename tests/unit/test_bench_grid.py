@@ -164,7 +164,7 @@ def test_a_method_that_the_case_refuses_is_a_cell(tmp_path: Path) -> None:
         ("spring_0.9:", "own.spring:", 13, "reserved for the methods of cases"),
     ],
 )
-def test_a_wrong_grid_is_told_where_and_why(tmp_path: Path, old: str, new: str, line: int, said: str) -> None:
+def test_a_wrong_grid_is_refused_with_its_place(tmp_path: Path, old: str, new: str, line: int, said: str) -> None:
     assert old in GRID
     with pytest.raises(CaseError) as told:
         read_grid(written(tmp_path, GRID.replace(old, new)))
@@ -174,7 +174,7 @@ def test_a_wrong_grid_is_told_where_and_why(tmp_path: Path, old: str, new: str, 
 
 
 @pytest.mark.parametrize(("text", "said"), [("[a, b]", "a list of 2"), ("", "nothing"), ("7", "7")])
-def test_a_grid_that_is_no_block_is_told_what_a_grid_is(tmp_path: Path, text: str, said: str) -> None:
+def test_a_grid_that_is_no_block_is_refused_with_the_form_of_a_grid(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises(CaseError, match=f"the file holds {said}; a grid has the keys") as raised:
         read_grid(written(tmp_path, text))
     assert raised.value.file == str(tmp_path / "own.yaml")
@@ -182,7 +182,7 @@ def test_a_grid_that_is_no_block_is_told_what_a_grid_is(tmp_path: Path, text: st
     assert "impactlab new" not in str(raised.value)
 
 
-def test_a_suite_without_cases_says_where_it_looked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_suite_without_cases_is_refused_with_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(CaseError, match="there are no cases in 'cases/hard'"):
         case_files([], "hard")

@@ -99,14 +99,14 @@ def test_the_hash_of_sources_follows_names_and_bytes(tmp_path: Path) -> None:
     assert sources_hash([one, two.rename(tmp_path / "three.py")], tmp_path) != before
 
 
-def test_what_only_shows_results_is_no_part_of_the_code(tmp_path: Path) -> None:
+def test_code_that_only_shows_results_is_no_part_of_the_hash(tmp_path: Path) -> None:
     root = Path(impactlab.__file__).parent
     for name in (*sources.APART, sources.SUMMARY):
         assert (root / name).exists(), name
     assert not (root / "metrics" / "norms.py").relative_to(root).as_posix().startswith(sources.APART)
 
 
-def test_numbers_count_to_the_last_bit_and_what_is_unknown_is_refused() -> None:
+def test_numbers_count_to_the_last_bit_and_unknown_types_are_refused() -> None:
     assert digest(content({"a": 0.1})) != digest(content({"a": 0.1 + 1e-17 + 2e-17}))
     assert digest(content(float("nan"))) == digest(content(float("nan")))
     assert digest(content((1, 1.0))) == digest(content([1, 1.0]))

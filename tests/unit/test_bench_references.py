@@ -90,7 +90,7 @@ def test_rows_go_without_a_reference_that_was_lost_and_are_run_again(
     assert found.records[found.cells[0].key]["reference"]["name"] == "st_venant"
 
 
-def test_what_crashed_is_run_again_and_what_was_refused_is_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_crashed_references_run_again_and_refused_ones_do_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Inline(
         monkeypatch,
         lambda job, name: Outcome(job, "crashed", "SIGKILL") if (name, job.method) == ("row", "short") else None,

@@ -165,7 +165,7 @@ def test_a_setting_is_found_however_the_row_nests_it() -> None:
 # Ranking
 
 
-def test_the_ranking_of_a_small_table_is_what_a_hand_finds(tmp_path: Path) -> None:
+def test_the_ranking_of_a_small_table_is_that_by_hand(tmp_path: Path) -> None:
     scenes = scenes_of(tmp_path, HAND)
     loose = {each.method: each for each in ranking(scenes, BOTH, 1e-2)}
     # Scene a: exact 0.5 ms is best; quick 1 ms, slow 4 ms. Scene b: slow 3 ms is the only one; quick is 3 % off.
@@ -216,7 +216,7 @@ def test_no_error_counts_as_smaller_than_its_reference_is_sure(tmp_path: Path) -
     assert error(scene.rows[0], NORMS[2], scene) == 1e-9  # the uncertainty is that of displacement and impulse
 
 
-def test_a_scene_without_impulse_is_judged_by_displacement(tmp_path: Path) -> None:
+def test_a_scene_without_impulse_is_ranked_by_displacement(tmp_path: Path) -> None:
     [scene] = scenes_of(tmp_path, [made("a", "m", 0, 1.0, 1e-4, impulse=None)])
     assert error(scene.rows[0], BOTH, scene) == 1e-4
     # Where others have one, a method without any has not shown that it meets both.
@@ -246,7 +246,7 @@ def test_without_times_a_tolerance_is_met_all_the_same(tmp_path: Path) -> None:
     assert loose["slow"].ratios == ()
 
 
-def test_winners_name_who_is_off_the_special_grid(tmp_path: Path) -> None:
+def test_winners_name_methods_off_the_special_grid(tmp_path: Path) -> None:
     grid = {"settings": json.dumps({"solve.step": {"courant": 1.0}})}
     rows = [*HAND[:5], made("a", "tuned", 0, 0.8, 1e-5, **grid)]
     [row] = winners(scenes_of(tmp_path, rows)).rows
@@ -263,7 +263,7 @@ def test_findings_leave_special_grids_out(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("count", [1, 2], ids=["one scene", "two scenes"])
-def test_without_times_nothing_is_said_to_be_fastest(tmp_path: Path, count: int) -> None:
+def test_without_times_no_method_is_fastest(tmp_path: Path, count: int) -> None:
     rows = [row | {"solve_s": None} for row in HAND if row["case"] in ("a", "b")[:count]]
     scenes = scenes_of(tmp_path, rows)
     words = " ".join(findings(scenes))
@@ -276,7 +276,7 @@ def test_without_times_nothing_is_said_to_be_fastest(tmp_path: Path, count: int)
 # Fronts
 
 
-def test_the_front_leaves_out_what_goes_without_steps(tmp_path: Path) -> None:
+def test_the_front_leaves_out_methods_without_steps(tmp_path: Path) -> None:
     scene = scenes_of(tmp_path, HAND)[0]
     found = [(p.row.method, p.row.level) for p in front_of(scene.stepped, NORMS[0], scene)]
     assert found == [("quick", "0"), ("quick", "1"), ("slow", "1")]
@@ -373,7 +373,7 @@ def test_misses_of_the_automatic_choice_come_first_and_are_marked(tmp_path: Path
 # Tables
 
 
-def test_latex_escapes_what_latex_would_read(tmp_path: Path) -> None:
+def test_latex_escapes_special_characters(tmp_path: Path) -> None:
     assert (
         escaped("a_b & 5 % of {x} ^~ \\")
         == r"a\_b \& 5 \% of \{x\} \textasciicircum{}\textasciitilde{} \textbackslash{}"
@@ -520,7 +520,7 @@ def test_a_report_replaces_the_last_one_and_nothing_else(tmp_path: Path, monkeyp
     assert (tmp_path / "index.html").read_bytes() == first[tmp_path / "index.html"]
 
 
-def test_what_a_killed_report_left_is_swept_away(tmp_path: Path) -> None:
+def test_remains_of_a_killed_report_are_deleted(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, text=True)
     alive = new_draft(tmp_path, "report")
     dead = tmp_path / alive.name.replace(str(os.getpid()), done.stdout.strip())

@@ -78,7 +78,7 @@ def test_a_refusal_is_a_row_with_reason_and_remedy(
     assert "\n" not in row["reason"]
 
 
-def test_a_run_that_fails_on_the_way_tells_how_far_it_came(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_fails_on_the_way_states_the_time_reached(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(*_: Any) -> Any:
         raise StepError("energy grew by 3", time=1.5e-5, step=7, remedy="Give a smaller step.")
 

@@ -30,7 +30,7 @@ def test_a_record_comes_back_to_the_last_bit(tmp_path: Path) -> None:
     assert not session.exists()
 
 
-def test_what_was_cut_short_is_swept_and_never_read(tmp_path: Path) -> None:
+def test_files_cut_short_are_deleted_and_never_read(tmp_path: Path) -> None:
     with opened(tmp_path) as store:
         store.put("rows", "whole", {"a": 1})
     (tmp_path / "rows" / f"half.json{DRAFT}").write_text('{"a":')
@@ -44,7 +44,7 @@ def test_what_was_cut_short_is_swept_and_never_read(tmp_path: Path) -> None:
         assert [path.name for path in (tmp_path / "rows").iterdir()] == ["whole.json"]
 
 
-def test_a_write_that_fails_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_write_that_fails_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with opened(tmp_path) as store:
         store.put("rows", "k", {"a": 1})
         with monkeypatch.context() as patched:
@@ -79,7 +79,7 @@ def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path) -> None:
         pass
 
 
-def test_a_store_knows_where_it_is(tmp_path: Path) -> None:
+def test_an_open_store_holds_its_lock(tmp_path: Path) -> None:
     with opened(tmp_path) as store:
         assert isinstance(store, Store)
         assert (tmp_path / LOCK).is_file()

@@ -145,7 +145,7 @@ def read(out: Path) -> list[dict[str, str]]:
 
 
 @pytest.mark.slow
-def test_what_hangs_dies_or_raises_is_a_row_and_the_others_are_run(tmp_path: Path) -> None:
+def test_methods_that_hang_die_or_raise_are_rows_and_the_others_are_run(tmp_path: Path) -> None:
     environment = install(tmp_path / "site")
     (tmp_path / "grid.yaml").write_text(GRID)
     methods = "fine,hangs,dies,leaves,raises,own.modal_10"
@@ -193,7 +193,7 @@ def test_what_hangs_dies_or_raises_is_a_row_and_the_others_are_run(tmp_path: Pat
 
 
 @pytest.mark.slow
-def test_ctrl_c_leaves_with_130_and_keeps_what_is_done(tmp_path: Path) -> None:
+def test_ctrl_c_leaves_with_130_and_keeps_finished_rows(tmp_path: Path) -> None:
     arguments = [sys.executable, "-m", "impactlab", "bench", str(PAPER), "--no-timing", "--jobs", "2", "--out", "b"]
     with subprocess.Popen(arguments, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as running:
         while len(list(tmp_path.glob("b/rows/*.json"))) < 3 and running.poll() is None:

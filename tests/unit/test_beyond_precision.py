@@ -59,7 +59,7 @@ APART = [
         ),
     ],
 )
-def test_what_would_be_a_singular_matrix_is_refused(settings: list[tuple[str, Any]], path: str, text: str) -> None:
+def test_a_singular_matrix_is_refused(settings: list[tuple[str, Any]], path: str, text: str) -> None:
     case = il.load_case(CASES / "axial_impact.yaml")
     with pytest.raises(CaseError) as caught:
         simulate.prepare(*case.with_settings(settings).simulation())
@@ -102,7 +102,7 @@ def test_the_page_of_conventions_lists_the_ranges(unit: str, sizes: tuple[float,
     assert f"| {unit} | {sizes[0]:g} | {sizes[1]:g} |\n" in page
 
 
-def test_a_rod_that_meets_a_beam_by_a_spring_has_no_exact_answer() -> None:
+def test_a_rod_that_meets_a_beam_by_a_spring_has_no_exact_solution() -> None:
     from impactlab.exact.solve import serves
 
     case = il.load_case(CASES / "rod_on_beam.yaml")

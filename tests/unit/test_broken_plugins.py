@@ -162,7 +162,7 @@ def test_the_good_ones_run_among_the_broken(site, tmp_path, name):
         ("good_sprin", "Did you mean 'good_spring'?"),
     ],
 )
-def test_a_case_that_asks_for_a_broken_one_is_refused_by_name(site, tmp_path, name, text):
+def test_a_case_with_a_broken_part_is_refused_by_its_name(site, tmp_path, name, text):
     code, document, said = run(site, tmp_path, name)
     assert code == 2
     assert document["status"] == "refused"

@@ -205,7 +205,7 @@ def test_with_replaces_a_block_by_a_whole_one(case):
         ("solve.integrator", Newmark(), "the integrator Newmark is given as an object"),
     ],
 )
-def test_a_part_given_itself_is_answered_with_how_it_is_run(case, path, part, words):
+def test_a_part_given_itself_is_refused_with_the_form_of_a_run(case, path, part, words):
     """A law of one's own in a notebook: "a value of type 'MyLaw'. Give a value that a case file could hold"."""
     with pytest.raises(CaseError) as caught:
         case.with_(path, part)
@@ -407,7 +407,7 @@ def test_resolved_values_have_relative_options_in_si(law):
 
 
 @pytest.mark.parametrize("name", ["test.toml", "test.json"])
-def test_toml_and_json_say_the_same(tmp_path, name):
+def test_toml_and_json_give_the_same_case(tmp_path, name):
     data = {
         "schema_version": 1,
         "bodies": {"hammer": {"kind": "mass", "mass": 2.133, "velocity": 1.0}, "wall": {"kind": "wall"}},

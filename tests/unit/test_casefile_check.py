@@ -114,7 +114,7 @@ def test_walls_that_meet(tmp_path):
         ("gravity: -9.81 m/s^2", None),
     ],
 )
-def test_what_is_recorded(tmp_path, more, text):
+def test_quantities_that_a_probe_may_record(tmp_path, more, text):
     if text is None:
         load(tmp_path, "ball, cart", more=more + "\n")
         return
@@ -164,7 +164,7 @@ def test_segments_stand_alone(tmp_path):
         (("duration: 1e-3", "duration: 1e-3, model: {kind: finite_element, elements: '50'}"), "without quotes"),
     ],
 )
-def test_common_slips_are_told_how_to_write_it(change: tuple[str, str], words: str) -> None:
+def test_common_mistakes_are_refused_with_the_right_form(change: tuple[str, str], words: str) -> None:
     text = """schema_version: 1
 bodies:
   ball: {kind: mass, mass: 1.0, velocity: 1.0}
@@ -184,7 +184,7 @@ def test_a_body_with_a_name_that_a_setting_misspells_is_not_made() -> None:
         il.load_case("axial_impact").with_("bodies.hamer.mass", 2.0)
 
 
-def test_bodies_in_a_list_are_told_to_have_names() -> None:
+def test_bodies_in_a_list_are_refused_as_they_need_names() -> None:
     with pytest.raises(il.CaseError) as refused:
         il.Case.from_dict({"bodies": [{"kind": "mass", "mass": 1.0}], "solve": {"duration": 1.0}})
     assert "Write NAME: {kind: ...}" in refused.value.remedy

@@ -94,7 +94,7 @@ def test_yaml_that_is_refused(text, says):
         ("a:\n  b: 1\n c: 2", 3, "this line is indented differently from the lines that it belongs to"),
     ],
 )
-def test_what_is_not_yaml_is_named_with_its_line(text, line, says):
+def test_text_that_is_not_yaml_is_named_with_its_line(text, line, says):
     with pytest.raises(CaseError) as caught:
         parse_yaml(text)
     assert says in str(caught.value)

@@ -70,7 +70,7 @@ def test_the_sources_of_a_basis_are_cited(tmp_path):
     assert "CraigBampton1968" in cite.cite(case).keys
 
 
-def test_the_schema_knows_the_bases_and_their_fields():
+def test_the_schema_has_the_bases_and_their_fields():
     schema = json.loads(json.dumps(case_schema(registry().only("impactlab"))))
     modal = next(
         part

@@ -144,7 +144,7 @@ def test_products_of_usual_units_are_those_of_pint(terms):
 @pytest.mark.parametrize(
     ("one", "other"), [("m", "s"), ("1/s", "rad/s"), ("Hz", "1/s"), ("rpm", "Hz"), ("ton", "kg"), ("", "m")]
 )
-def test_what_the_table_does_not_settle_is_left_to_pint(one, other):
+def test_units_outside_the_table_are_left_to_pint(one, other):
     assert usual_factor(one, other) is None
 
 

@@ -280,7 +280,7 @@ def test_settings_and_dictionaries_of_another_kind_are_refused():
         il.Case.from_dict("bodies: {}")
 
 
-def test_times_and_channel_in_the_wrong_order_are_told_so():
+def test_times_and_channel_in_the_wrong_order_are_refused_as_such():
     case = il.load_case("axial_impact")
     for method in ("continuous", "finite_element"):
         history = il.run(case.method(method))

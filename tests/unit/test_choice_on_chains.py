@@ -162,7 +162,7 @@ def test_the_quantity_with_the_largest_error_is_named():
     assert max(worse, key=lambda on: worse[on]).startswith(quantity.partition(" of")[0].replace(" ", "_"))
 
 
-def test_a_coarse_contact_under_a_tolerance_asks_for_a_smaller_one():
+def test_a_coarse_contact_under_a_tolerance_has_a_smaller_one_as_remedy():
     """Mesh and step are those of the choice: the case has no setting for them."""
     masses, springs = [1e-3, 3e-2, 6e-3, 2e-3, 1e-3, 2e-2, 3e-3, 1e-3], [1e6, 3e6, 9e5, 4e6, 6e5, 5e6, 8e6]
     history = run_case(

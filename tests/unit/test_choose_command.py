@@ -56,7 +56,7 @@ def test_choose_refuses_a_tolerance_out_of_range(tolerance):
     assert "solve.tolerance" in out.output
 
 
-def test_run_tells_what_it_chose():
+def test_run_prints_its_choice():
     out = invoke("run", PAPER, "--set", "solve.tolerance=1e-3")
     assert "choice    tolerance 0.001: continuous, from event to event" in out.output
     assert "not run: lumped mesh" in out.output
@@ -65,7 +65,7 @@ def test_run_tells_what_it_chose():
     assert summary["method"]["integrator"] is None
 
 
-def test_check_says_what_would_be_tried_first():
+def test_check_prints_the_first_candidate():
     out = invoke("check", PAPER, "--method", "base", "--set", "solve.tolerance=1e-3", "--json")
     document = json.loads(out.stdout)
     assert out.exit_code == 0
@@ -76,14 +76,14 @@ def test_check_says_what_would_be_tried_first():
     assert "a prediction" in document["methods"]["base"]["predicted"]
 
 
-def test_check_knows_that_the_exact_solution_is_taken_at_once(monkeypatch):
+def test_check_prints_that_the_exact_solution_is_taken_at_once(monkeypatch):
     """It printed the step of the run with steps that was predicted to be a little cheaper, and none is taken."""
     case = il.load_case(PAPER).with_settings({"solve.tolerance": 1e-3}).method("base")
     monkeypatch.setattr(choice, "studies_of", lambda asked: pytest.fail("no study is needed"))
     assert api.prepare(case).dt is None
 
 
-def test_check_says_that_a_step_under_a_tolerance_is_a_prediction():
+def test_check_prints_that_a_step_under_a_tolerance_is_a_prediction():
     case = str(CASES / "hunt_crossley_ball.yaml")
     told = invoke("check", case, "--set", "solve.tolerance=0.05").stdout
     assert "predicted: the run chooses its method within the tolerance" in told

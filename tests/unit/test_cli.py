@@ -166,7 +166,7 @@ def test_check_lists_faults_of_keys_and_of_parts_together(tmp_path):
     assert "Did you mean 'wave_identification'?" in listed
 
 
-def test_check_tells_of_every_refused_method(tmp_path):
+def test_check_lists_every_refused_method(tmp_path):
     path = tmp_path / "case.yaml"
     path.write_text((ROOT / "cases" / "free_rod.yaml").read_text() + "  long: {solve.step: {dt: -1}}\n")
     result = invoke("check", str(path))
@@ -179,7 +179,7 @@ def test_schema_is_json():
     assert json.loads(invoke("schema").stdout)["title"] == "impactlab case, format 1"
 
 
-def test_plugins_lists_what_is_installed():
+def test_plugins_lists_the_installed_parts():
     result = invoke("plugins")
     assert result.exit_code == 0
     assert "impactlab.contact_laws" in result.stdout
@@ -204,7 +204,7 @@ def test_cases_to_start_from_are_solved_exactly(kind, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("kind", ["pile", "drill"])
-def test_cases_to_start_from_with_soil_or_rock_give_what_the_trade_reads(kind, tmp_path, monkeypatch):
+def test_starters_with_soil_or_rock_give_set_and_efficiency(kind, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert invoke("new", "mine", "--like", kind).exit_code == 0
     checked = invoke("check", "mine.yaml", "--json")
@@ -456,7 +456,7 @@ def test_an_output_that_lacks_a_letter_gets_a_replacement(tmp_path: Path) -> Non
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 @pytest.mark.parametrize("arguments", [["run", AXIAL], ["run", "no.yaml", "--json"]])
-def test_an_output_on_a_full_disk_is_told_in_one_message(arguments: list[str]) -> None:
+def test_an_output_on_a_full_disk_gives_one_message(arguments: list[str]) -> None:
     """It ended with a traceback of 59 lines."""
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(

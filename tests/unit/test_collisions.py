@@ -260,7 +260,7 @@ def test_the_period_of_a_cantilever() -> None:
     assert case_of("axial_impact").scene().bodies["rod"].slowest_period == pytest.approx(2.0 * 116.373782e-6, rel=1e-6)
 
 
-def test_the_summary_and_the_screen_tell_collisions(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_summary_and_the_screen_show_collisions(capsys: pytest.CaptureFixture[str]) -> None:
     from impactlab.report.console import summary_text
 
     (_, summary), _ = summaries("sphere_on_beam")
@@ -316,7 +316,7 @@ def test_final_velocity_of_a_held_rod_is_its_momentum_over_its_mass() -> None:
     assert velocity * mass == pytest.approx(momentum, rel=1e-12)
 
 
-def test_a_contact_that_is_closed_when_the_run_ends_says_that_its_values_are_those_so_far():
+def test_a_contact_that_is_closed_when_the_run_ends_is_marked_as_such():
     from impactlab.report.console import summary_text
     from impactlab.report.summary import summarise
 
@@ -436,7 +436,7 @@ def test_speeds_of_joined_bodies_are_exact_late_in_a_run() -> None:
 
 
 @pytest.mark.parametrize("integrator", ["newmark", "midpoint"])
-def test_the_impulse_of_a_joint_up_to_a_time_is_what_it_gave(integrator: str) -> None:
+def test_the_impulse_of_a_joint_up_to_a_time_is_the_change_of_momentum(integrator: str) -> None:
     solve = {"model": {"kind": "finite_element", "elements": 10}, "integrator": {"kind": integrator}}
     history = il.run(il.Case(**JOINED, solve=solve | {"duration": "2 ms", "step": {"dt": "1 us"}}))
     for time in (5e-4, 1.2e-3, 1.8e-3):

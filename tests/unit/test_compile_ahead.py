@@ -52,7 +52,7 @@ def asked(tmp_path, monkeypatch):
     return lambda function: Request(name, function, False, FREE, False)
 
 
-def test_another_process_compiles_what_waits_and_keeps_it_on_disk(asked):
+def test_another_process_compiles_waiting_kernels_and_keeps_them_on_disk(asked):
     here: list[Request] = []
     queue = CompileQueue(1, here.append)
     first, second = asked("first"), asked("second")
@@ -67,7 +67,7 @@ def test_another_process_compiles_what_waits_and_keeps_it_on_disk(asked):
     assert len(files) == 2
 
 
-def test_what_nobody_has_begun_is_left_to_who_needs_it(asked):
+def test_kernels_not_begun_are_left_to_their_caller(asked):
     queue = CompileQueue(0, lambda _: None)
     queue.add([asked("first")])
     queue.before(*asked("first")[:2])  # returns at once
@@ -75,7 +75,7 @@ def test_what_nobody_has_begun_is_left_to_who_needs_it(asked):
     assert not queue._waiting
 
 
-def test_while_it_waits_a_process_compiles_what_nobody_has_begun(asked, monkeypatch):
+def test_while_it_waits_a_process_compiles_kernels_not_begun(asked, monkeypatch):
     here: list[Request] = []
     queue = CompileQueue(0, here.append)
     first, second = asked("first"), asked("second")
@@ -108,7 +108,7 @@ def test_a_process_that_dies_or_does_not_start_keeps_nobody_waiting(asked, monke
         queue.before(*asked(name)[:2])
 
 
-def test_a_process_that_does_not_answer_is_waited_for_only_so_long(asked, monkeypatch):
+def test_a_process_that_does_not_reply_is_waited_for_up_to_a_limit(asked, monkeypatch):
     monkeypatch.setattr(compile_queue, "PATIENCE_S", 0.1)
     queue = CompileQueue(0, lambda _: None)
     queue.add([asked("first")])
@@ -117,7 +117,7 @@ def test_a_process_that_does_not_answer_is_waited_for_only_so_long(asked, monkey
     assert queue._under_way
 
 
-def test_what_cannot_be_handed_on_keeps_nobody_waiting(asked):
+def test_kernels_that_cannot_be_pickled_delay_nothing(asked):
     queue = CompileQueue(1, lambda _: None)
     queue.add([asked("first")._replace(signature=lambda: None)])  # not pickled
     until(lambda: queue._ended == 1)
@@ -156,13 +156,13 @@ def test_kernels_are_handed_on_where_one_is_missing_and_found_by_name(monkeypatc
     assert added == before
 
 
-def test_what_cannot_be_kept_is_left_to_this_process():
+def test_kernels_that_cannot_be_cached_are_left_to_this_process():
     names: dict[str, Any] = {}
     exec(MODULE, names)  # without a file no place for compiled code
     assert not is_missing(names["first"], FREE, False)
 
 
-def test_what_is_wrong_with_a_coming_kernel_stops_nothing_now(monkeypatch):
+def test_a_fault_of_a_later_kernel_stops_nothing_now(monkeypatch):
     monkeypatch.setattr(ahead, "processes", lambda: 2)
 
     def wrong() -> Any:

@@ -108,7 +108,7 @@ def test_hertz_is_of_second_order_where_the_force_acts_at_the_end_of_the_step() 
         assert history.energy.largest_gain < 1e-3
 
 
-def test_energy_conserving_contact_books_what_it_takes_under_leapfrog() -> None:
+def test_energy_conserving_contact_books_its_loss_under_leapfrog() -> None:
     """The mass stopped at the wall and half a joule was gone without a word."""
     history = run(*mass_on_wall(EnergyConserving(), CentralDifference()))
     assert velocity(history) == pytest.approx(0.0, abs=1e-12)
@@ -116,7 +116,7 @@ def test_energy_conserving_contact_books_what_it_takes_under_leapfrog() -> None:
     assert history.energy.largest_loss < 1e-12
 
 
-def test_impedance_residual_is_not_a_spring_of_what_a_static_basis_leaves_out() -> None:
+def test_impedance_residual_is_not_a_spring_of_the_flexibility_left_out() -> None:
     """A Craig-Bampton basis of a free rod leaves 3e-5 of an element's compliance: energy grew by 4e7."""
     model = Modal(40, 20, basis=CraigBampton())
     with pytest.raises(PairingError, match="leaves any out"):
@@ -131,7 +131,7 @@ def test_impedance_residual_on_a_beam_names_the_bodies_and_laws_for_them() -> No
     assert "dispersive_identification" in str(refused.value.remedy)
 
 
-def test_a_coarse_contact_of_rigid_bodies_asks_for_a_smaller_step_alone() -> None:
+def test_a_coarse_contact_of_rigid_bodies_has_a_smaller_step_as_remedy() -> None:
     """It asked for more elements or modes, of a ball and a wall."""
     bodies = {"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()}
     contacts = [il.Contact("ball", "wall", {"kind": "hertz", "stiffness": 1e9})]
@@ -141,7 +141,7 @@ def test_a_coarse_contact_of_rigid_bodies_asks_for_a_smaller_step_alone() -> Non
     assert warned.text.endswith("or more; give a smaller step")
 
 
-def test_a_coarse_contact_of_a_delay_line_asks_for_a_smaller_step_alone() -> None:
+def test_a_coarse_contact_of_a_delay_line_has_a_smaller_step_as_remedy() -> None:
     """It asked for more elements or modes, of a body that has none."""
     bodies = {"ball": il.Mass(0.005, velocity=1.0), "rod": il.Rod(length=1.0, area=1e-3, material="steel")}
     contacts = [il.Contact("ball", "rod.left", {"kind": "hertz", "stiffness": 1e11})]
@@ -164,7 +164,7 @@ def test_the_pushes_of_open_contacts_agree() -> None:
 
 
 @pytest.mark.parametrize("restitution", [1.0, 0.5])
-def test_kicks_under_leapfrog_take_only_what_they_book(restitution: float) -> None:
+def test_kicks_under_leapfrog_take_only_the_booked_energy(restitution: float) -> None:
     """Six tenths of the energy were gone with e = 1, and between two walls it grew 271 times.
 
     A kick I between half steps gives I times the mean of both rates, so with e = 1 nothing, else what the law books:

@@ -63,7 +63,7 @@ def test_a_force_that_pulls_is_drawn_to_its_least_value(pile: AbstractHistory) -
     assert low == pytest.approx(-0.04 * high)  # it never pulls
 
 
-def test_a_method_that_is_cut_below_says_how_low_it_reaches(pile: AbstractHistory) -> None:
+def test_a_method_that_is_cut_below_is_labelled_with_its_lowest_value(pile: AbstractHistory) -> None:
     strong = _scaled(pile, 3.0)
     shown = [Trace("strong", strong, PALETTE[0], reference=pile)]
     axes = plots.force(shown, pile.scene, "shaft").axes[0]
@@ -144,7 +144,7 @@ def test_a_few_contacts_all_have_figures(pile: AbstractHistory) -> None:
     assert words_on_figures([pile], "") == ""
 
 
-def test_a_page_of_many_contacts_says_where_the_others_are(tmp_path: Path) -> None:
+def test_a_page_of_many_contacts_names_the_file_of_the_others(tmp_path: Path) -> None:
     file = tmp_path / "chain.yaml"
     file.write_text(chain_of(20).to_yaml(), encoding="utf-8")
     done = CliRunner().invoke(app, ["run", str(file), "--out", str(tmp_path / "out")])

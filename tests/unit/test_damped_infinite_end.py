@@ -31,7 +31,7 @@ def codes(history):
 
 
 @pytest.mark.parametrize("damping", [{"mass": "3000 1/s"}, {"stiffness": "2e-6 s"}])
-def test_where_it_reflects_more_than_a_hundredth_the_run_says_so(damping):
+def test_where_it_reflects_more_than_a_hundredth_the_run_warns(damping):
     """The mass on a rod six times as long moves otherwise by up to 4 % of its speed, and nothing said so."""
     times = np.linspace(0.0, DURATION, 81)
     ended = struck(0.3, 30, {"right": "infinite"}, **damping)

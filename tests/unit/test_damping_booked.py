@@ -97,7 +97,7 @@ def cubic(x: Array, length: float) -> Array:
 
 @pytest.mark.parametrize("weights", [(0.0, 0.5), (1.0 / 12.0, 0.5), (1.0 / 6.0, 0.5), (0.5, 0.5), (0.3025, 0.6)])
 @pytest.mark.parametrize("model", [FiniteElement(4, "lumped"), FiniteElement(4), Modal(None, 4)], ids=str)
-def test_newmark_books_what_dashpots_take_near_its_limit(
+def test_newmark_books_the_energy_of_dashpots_near_its_limit(
     weights: tuple[float, float], model: FiniteElement | Modal
 ) -> None:
     """[u] C [u]/dt was booked: 35 times the energy came from nowhere at 0.999 of the limit, with no fault of motion."""
@@ -140,7 +140,7 @@ def swinging(
 
 @pytest.mark.parametrize("scheme", FILTERED, ids=str)
 @pytest.mark.parametrize("viscous", [1e-6, 1e-4, 1e-2])
-def test_filtered_schemes_book_what_dashpots_take(scheme: AbstractIntegrator, viscous: float) -> None:
+def test_filtered_schemes_book_the_energy_of_dashpots(scheme: AbstractIntegrator, viscous: float) -> None:
     """[u] C [u]/dt was booked: 44 times the energy came from nowhere in a motion that is 1.5 % off."""
     book = swinging(scheme, viscous, 1e-6).energy
     assert book.largest_gain < ROUNDING

@@ -70,7 +70,7 @@ def test_a_wrong_number_of_threads_prints_a_traceback_or_blames_a_part(case: Pat
     assert "newmark" not in done.stderr
 
 
-def test_python_is_told_of_wrong_surroundings(case: Path) -> None:
+def test_a_wrong_environment_is_an_error_in_python_too(case: Path) -> None:
     script = f"import impactlab as il\ntry: il.load_case({str(case)!r})\nexcept Exception as error: print(repr(error))"
     done = subprocess.run(
         [sys.executable, "-c", script],

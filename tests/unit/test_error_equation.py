@@ -119,7 +119,7 @@ def test_a_mode_under_a_force_that_rises_across_a_step(frequency):
         assert own[row] == pytest.approx(expected, rel=1e-6, abs=1e-12 * size)
 
 
-def test_what_the_equation_does_not_give_takes_other_runs():
+def test_errors_outside_the_equation_take_other_runs():
     """A second touch under a law that depends on the speed of the approach, and an error that is not small."""
     twice = struck(HuntCrossley(1e11, restitution=0.9), PINNED, 0.1, 1e-6)
     history = run(*twice)

@@ -96,7 +96,7 @@ def test_the_recurrence_solves_a_damped_swing_under_a_load(rate, omega):
 
 
 @pytest.mark.parametrize("swing", [2.404825557695773, 5.520078110286311])
-def test_the_recurrence_knows_where_it_would_lose_digits(swing):
+def test_the_recurrence_is_left_where_it_would_lose_digits(swing):
     """Of exp(i swing x) the coefficient of T0 is J0(swing), which is zero there: no other can be told by it."""
     a = np.array([[0.0, swing], [-swing, 0.0]])
     y = np.zeros((2, kernel.ORDER))

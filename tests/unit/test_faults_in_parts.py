@@ -47,7 +47,7 @@ def test_code_that_cannot_be_compiled(respond, text):
     )
 
 
-def test_an_exception_is_told_with_file_and_line():
+def test_an_exception_is_reported_with_file_and_line():
     with pytest.raises(ValueError, match="math") as raised:
         math.sqrt(-1.0)
     line = raised.value.__traceback__.tb_lineno
@@ -165,7 +165,7 @@ def without_reply(port):
     pass
 
 
-def test_a_law_with_another_number_of_arguments_is_told_how_to_write_it():
+def test_a_law_with_another_number_of_arguments_is_refused_with_its_signature():
     """'Signature mismatch: 2 argument types given, but function takes 1 arguments'."""
     with pytest.raises(PluginError, match="takes 1 arguments, and is called with two, port and reply"):
         LawAddress(without_reply, as_compiled=True)

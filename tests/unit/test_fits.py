@@ -90,7 +90,7 @@ def test_a_hard_contact_with_noise_and_an_unknown_trigger(hard):
     assert shift.value == pytest.approx(11.3 * (signal.times[1] - signal.times[0]), abs=0.3 * signal.times[0])
 
 
-def test_what_a_force_cannot_tell_has_no_interval(cushioned):
+def test_a_number_that_a_force_does_not_determine_has_no_interval(cushioned):
     paths = {MASS: (0.2, 20.0), "bodies.rod.area": (1e-4, 1e-2), STIFFNESS: (2e7, 2e9), DAMPING: (200.0, 20000.0),
              "bodies.hammer.velocity": (0.1, 10.0)}  # fmt: skip
     found = il.fit(cushioned, measured(cushioned), paths)
@@ -117,7 +117,7 @@ def test_outliers_under_huber(cushioned):
     assert moved < 0.5 * abs(plain[STIFFNESS].value - clean[STIFFNESS].value)
 
 
-def test_correlated_residuals_are_told_and_widen_the_interval(cushioned):
+def test_correlated_residuals_are_warned_of_and_widen_the_interval(cushioned):
     signal = measured(cushioned, 0.0)
     noise = np.random.default_rng(5).standard_normal(SAMPLES)
     for k in range(1, SAMPLES):
@@ -131,7 +131,7 @@ def test_correlated_residuals_are_told_and_widen_the_interval(cushioned):
     assert coloured[STIFFNESS].lower < 2e8 < coloured[STIFFNESS].upper
 
 
-def test_samples_after_the_end_of_the_run_are_told(cushioned):
+def test_samples_after_the_end_of_the_run_are_warned_of(cushioned):
     longer = cushioned.with_("solve.duration", 5e-4)
     times = np.linspace(2e-6, 4.9e-4, SAMPLES)
     signal = il.Signal("velocity:hammer", times, il.run(longer).evaluate(times, "velocity:hammer"))
@@ -148,7 +148,7 @@ def test_samples_after_the_end_of_the_run_are_told(cushioned):
     assert not any("after the end" in text for text in moved.warnings)
 
 
-def test_a_fit_that_ends_at_a_bound_says_so(cushioned):
+def test_a_fit_that_ends_at_a_bound_warns(cushioned):
     found = il.fit(cushioned.with_(STIFFNESS, 5e8), measured(cushioned), {STIFFNESS: (4e8, 8e8)})
     assert found[STIFFNESS].note == "at its bound"
     assert any("bound" in text for text in found.warnings)

@@ -116,7 +116,7 @@ def test_the_low_pass_is_three_decibels_down_and_right_at_the_ends():
     assert low_pass.deviations(np.ones(2000)).max() < 0.5
 
 
-def test_a_bandwidth_takes_what_lies_beyond_out_of_model_and_data(case):
+def test_a_bandwidth_filters_model_and_data_alike(case):
     signal = measured(case)
     hum = 0.3 * signal.values.max() * np.sin(2.0 * np.pi * 180e3 * signal.times)
     noisy = replace(signal, values=signal.values + hum + noise(signal))

@@ -80,7 +80,7 @@ def test_optuna_searches_the_residuals(names, monkeypatch):
         (4, {"bodies.bar.material.young": 2e11, "bodies.bar.ends.right.dashpot": 4e3}),
     ],
 )
-def test_worked_examples_find_what_was_measured(block, truth):
+def test_worked_examples_find_the_true_numbers(block, truth):
     code, names = blocks("fits-examples.md"), dict[str, Any]()
     exec(code[0], names)
     exec(code[block], names)

@@ -144,7 +144,7 @@ def test_of_too_many_frames_as_many_are_kept_as_memory_allows(monkeypatch: pytes
 
 
 @pytest.mark.parametrize("frames", [-1, 2.5, True])
-def test_a_number_of_frames_that_is_none_is_refused(frames: Any) -> None:
+def test_an_invalid_number_of_frames_is_refused(frames: Any) -> None:
     with pytest.raises(ImpactlabError, match=r"frames is .*Allowed: whole numbers from 0\nGive frames=240"):
         il.run(struck(DESCRIBED["newmark"]), frames=frames)
     assert len(il.run(struck(DESCRIBED["newmark"]), frames=np.int64(3)).field_times("rod")) == 4  # type: ignore[arg-type]

@@ -42,7 +42,7 @@ def test_a_jump_is_seen_on_a_slope_and_beside_ringing(height: float, slope: floa
     ],
     ids=["constant", "kink", "late kink", "wave", "chatter", "small"],
 )
-def test_a_force_that_does_not_jump_is_told_from_one_that_does(force: Array) -> None:
+def test_a_force_that_does_not_jump_is_distinguished_from_one_that_does(force: Array) -> None:
     assert seen(force) == (False, True)
 
 

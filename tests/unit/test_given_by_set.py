@@ -181,7 +181,7 @@ def test_settings_that_replace_each_other_keep_their_order() -> None:
     assert [again.index(each) for each in in_order(again, {})] == [5, 0, 1, 2, 3, 4]
 
 
-def test_a_new_kind_without_its_keys_says_that_it_takes_none_of_the_old_ones(tmp_path: Path) -> None:
+def test_a_new_kind_without_its_keys_is_refused_as_it_takes_none_of_the_old_ones(tmp_path: Path) -> None:
     """The message named the line of the key that the new kind had dropped."""
     case = il.load_case("rounded_ends").with_("contacts.0.law", {"kind": "penalty", "stiffness": 2e8})
     with pytest.raises(CaseError, match="this key is missing") as raised:
@@ -215,7 +215,7 @@ solve: {duration: 0.1 ms, tolerance: 1e-3}
         (["solve.step.dt=1e-6", "solve.tolerance=1e-2"], ""),
     ],
 )
-def test_a_setting_that_takes_the_place_of_a_tolerance_says_so(settings, named, tmp_path):
+def test_a_setting_that_takes_the_place_of_a_tolerance_is_named(settings, named, tmp_path):
     """The error is not bounded any more: the user of the file may not know."""
     (tmp_path / "case.yaml").write_text(WITH_TOLERANCE, encoding="utf-8")
     result = CliRunner().invoke(
@@ -235,7 +235,7 @@ def test_a_setting_that_takes_the_place_of_a_tolerance_says_so(settings, named, 
         (["uncertainty", "axial_impact", "--vary", "bodies.hammer.mass=uniform(-1 kg, 1 kg)"], "--vary"),
     ],
 )
-def test_a_value_of_an_option_is_not_said_to_be_given_by_a_function_of_python(words: list[str], option: str) -> None:
+def test_a_value_of_an_option_is_not_attributed_to_a_function_of_python(words: list[str], option: str) -> None:
     result = CliRunner().invoke(app, words)
     assert result.exit_code == 2
     assert f"given by {option}: " in result.output

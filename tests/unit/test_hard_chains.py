@@ -137,7 +137,7 @@ def test_masses_that_a_hard_constraint_joins_lose_the_energy_of_a_plastic_impact
 
 @pytest.mark.parametrize("integrator", ["moreau_jean", "midpoint", "central_difference"])
 @pytest.mark.parametrize("kind", ["addition_deletion", "paoli_schatzman"])
-def test_a_constraint_that_pushes_an_overlap_out_says_that_the_overlap_is_the_reason(kind, integrator):
+def test_a_constraint_that_pushes_an_overlap_out_names_the_overlap_as_the_reason(kind, integrator):
     """It closes the gap in a step, with the speed overlap/dt = 10 m/s: a smaller step makes it worse."""
     overlapping = il.Contact("ball", "wall", {"kind": kind}, gap=-1e-5, overlap="allowed")
     solve = {"duration": 2e-5, "integrator": {"kind": integrator}, "step": {"dt": 1e-6}}

@@ -213,7 +213,7 @@ def test_products_that_one_force_determines(hard):
         assert product.text in found.undetermined[0]
 
 
-def test_gain_and_velocity_are_not_told_apart(cushioned, tmp_path):
+def test_gain_and_velocity_are_not_distinguished(cushioned, tmp_path):
     found = il.fit(cushioned, measured(cushioned), {VELOCITY: (0.2, 5.0), STIFFNESS: (5e7, 8e8)}, gain="free")
     assert [product.powers for product in found.determined] == [{VELOCITY: 1, f"gain of {FORCE}": 1}]
     assert math.isinf(found[VELOCITY].upper)
@@ -257,7 +257,7 @@ def test_an_edge_inside_the_interval_is_named(hard):
     assert not clean.warnings
 
 
-def test_a_fit_above_the_given_noise_is_told(cushioned):
+def test_a_fit_above_the_given_noise_is_warned_of(cushioned):
     clean = measured(cushioned)
     size = 0.02 * measured(cushioned, 0.0).values.max()
     right, small = (

@@ -60,7 +60,7 @@ def test_the_gain_of_the_filter_is_that_of_its_formula(ratio):
     np.testing.assert_allclose(values[middle], 1e-5 * gain * np.cos(2 * np.pi * rung * t[middle]), atol=1e-9)
 
 
-def test_the_filter_answers_a_step_with_the_integral_of_its_gaussian_without_delay():
+def test_the_step_response_of_the_filter_is_the_integral_of_its_gaussian_without_delay():
     t, values, _ = il.run(pushed(EXACT, {"bandwidth": 50e3, "rate": 2e6})).measured(0)
     expected = STRAIN * ndtr((t - 0.5 / SPEED) / deviation(50e3))
     near = np.abs(t - 0.5 / SPEED) < 30e-6

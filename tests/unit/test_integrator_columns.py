@@ -286,7 +286,7 @@ def test_schemes_of_explicit_and_modal_steps_refuse_coupled_damping_by_name() ->
         assert refused.value.path == "solve.integrator"
 
 
-def test_a_wide_chain_far_from_home_feels_nothing_of_its_travel() -> None:
+def test_forces_of_a_wide_chain_do_not_depend_on_its_travel() -> None:
     random = np.random.default_rng(3)
     stiffness = definite(random, 3, 0.0)
     stiffness -= np.diag(stiffness.sum(axis=1))  # nothing holds it

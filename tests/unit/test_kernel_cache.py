@@ -154,7 +154,7 @@ def test_a_kernel_is_read_back(kept: KernelFile) -> None:
     assert kept.read(("another signature", *KEY[1:])) is None
 
 
-def test_a_kernel_from_disk_loads_what_compiles_only_where_it_calls_it(tmp_path: Path) -> None:
+def test_a_kernel_from_disk_loads_its_callees_only_when_it_calls_them(tmp_path: Path) -> None:
     script = tmp_path / "kernels.py"
     script.write_text(COMPILER, encoding="utf-8")
     env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}  # whatever an earlier run has left elsewhere

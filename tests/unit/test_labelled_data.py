@@ -276,7 +276,7 @@ def test_the_fields_of_many_rods_have_fewer_places_in_a_file_and_the_same_values
     assert sampling.places_in_file(10**9, 401) == sampling.MIN_PLACES
 
 
-def test_the_text_of_a_history_says_what_it_is(struck: AbstractHistory) -> None:
+def test_the_text_of_a_history_describes_it(struck: AbstractHistory) -> None:
     text = repr(struck)
     assert text.startswith("<ContinuousHistory of 'axial_impact', method 'continuous': 0.000349121 s, ")
     assert "periods of contact: 2" in text

@@ -51,7 +51,7 @@ def test_a_link_that_bends_far_is_warned_of():
     )
 
 
-def test_a_run_that_fails_by_its_bending_says_so():
+def test_a_run_that_fails_by_its_bending_has_that_reason():
     """It advised a smaller step, which does not help."""
     with pytest.raises(il.StepError, match="energy") as failed:
         turned(10.0, duration=0.6)

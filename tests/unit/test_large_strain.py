@@ -155,7 +155,7 @@ PULSES = [{"t": [0.0, top, 2.0 * top], "f": [0.0, 1000.0, 0.0]} for top in (1e-5
 
 @pytest.mark.parametrize("clamped", [True, False])
 @pytest.mark.parametrize("force", [10.0, *PULSES])
-def test_a_force_on_an_end_strains_a_beam_as_its_impulse_and_the_lever_tell(force, clamped):
+def test_a_force_on_an_end_strains_a_beam_by_its_impulse_and_its_lever(force, clamped):
     """The lever of the whole length took short pulses for 13 to 67 times their strain, and free ones for rigid."""
     assert 0.5 < probed(force, clamped) < 2.0
 

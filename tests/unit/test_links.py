@@ -113,7 +113,7 @@ def test_wrong_links_are_refused_with_their_place(contacts: list[il.Contact], pa
     assert found.value.remedy
 
 
-def test_links_need_schemes_that_know_where_they_are() -> None:
+def test_adaptive_steps_refuse_a_link_with_memory() -> None:
     adaptive = case(
         il.Contact("rod.right", "ground", SMITH), integrator={"kind": "adaptive"}, step={"dt": 1e-6},
         model={"kind": "finite_element", "elements": 10},
@@ -305,7 +305,7 @@ def test_a_link_that_never_lets_go_has_no_force_of_zero_among_its_extremes(
     assert link.smallest * sign > 0.0
 
 
-def test_what_a_run_says_of_its_links() -> None:
+def test_the_summary_of_links() -> None:
     history = il.run(case(il.Contact("rod.along(0.2, 1)", "ground", SMITH, pieces=8, name="shaft")))
     assert [warned.code for warned in history.warnings] == []
     (shaft,) = history.links
@@ -405,7 +405,7 @@ def test_results_scale_with_units(joint: dict[str, Any], length: float, mass: fl
     np.testing.assert_allclose(found[1], found[0], atol=1e-9 * np.abs(found[0]).max())
 
 
-def test_located_events_tell_why_a_cushion_does_not_go_with_them() -> None:
+def test_located_events_refuse_a_cushion_with_the_reason() -> None:
     scene = case(il.Contact("rod.right", "ground", {"kind": "bilinear", "stiffness": 1e8, "restitution": 0.5}))
     located = scene.with_settings(
         {"solve.events": "located", "solve.model": {"kind": "modal", "modes": 10}, "solve.integrator.kind": "midpoint"}
@@ -483,7 +483,7 @@ def test_a_bond_that_takes_energy_from_the_nodes_of_a_mesh_is_warned_of(elements
     )
 
 
-def test_a_bond_of_rigid_bodies_loses_what_a_plastic_impact_does_without_a_warning() -> None:
+def test_a_bond_of_rigid_bodies_loses_the_energy_of_a_plastic_impact_without_a_warning() -> None:
     bodies = {"a": il.Mass(1.0, velocity=2.0), "b": il.Mass(1.0), "rod": rod()}
     contacts = [il.Contact("a", "b", {"kind": "bonded"}), il.Contact("b", "rod.left", {"kind": "penalty"}, gap=1.0)]
     history = il.run(il.Case(bodies=bodies, contacts=contacts, solve=SOLVE))

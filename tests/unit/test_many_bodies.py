@@ -60,7 +60,7 @@ def test_a_run_of_many_bodies_is_summed_up(tmp_path: Path) -> None:
         assert f"force:bead_{N - 1}|bead_{N}" in arrays
 
 
-def test_faces_that_overlap_by_rounding_are_not_said_to_have_never_met() -> None:
+def test_faces_that_overlap_by_rounding_are_not_reported_as_never_met() -> None:
     """Ahead of the wave the overlap is the power 3/2 of itself from bead to bead: the smallest gap was -1e-13 m."""
     case = chain().with_("solve.duration", 4e-4)
     texts = [each.text for each in il.run(case).warnings if each.code == "no_contact"]
@@ -152,7 +152,7 @@ def test_like_beads_share_their_description_and_others_do_not() -> None:
     assert plan.built["bead_2"].body.name == "bead_2"
 
 
-def test_bits_do_not_depend_on_what_beads_share() -> None:
+def test_motion_does_not_depend_on_data_that_beads_share() -> None:
     """Masses that differ in their last digit share nothing, and move the same to rounding."""
     one = il.run(chain())
     masses = {"each": [4e-3 * (1.0 + (i % 2) * 3e-16) for i in range(N)]}

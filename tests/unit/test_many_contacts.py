@@ -52,7 +52,7 @@ def test_coupled_elastic_kicks_keep_the_energy(integrator: AbstractIntegrator) -
 
 
 @pytest.mark.parametrize("law", [ImpulseMomentum(0.0), AdditionDeletion()])
-def test_a_plastic_row_books_what_it_loses_once(law: AbstractContactLaw) -> None:
+def test_a_plastic_row_books_its_loss_once(law: AbstractContactLaw) -> None:
     history = run(*row_of_masses(3, law, Newmark()))
     assert velocities(history, 3) == pytest.approx([1 / 3] * 3, abs=1e-12)
     assert history.energy.booked["contact"][-1] == pytest.approx(1 / 3, rel=1e-12)
@@ -60,7 +60,7 @@ def test_a_plastic_row_books_what_it_loses_once(law: AbstractContactLaw) -> None
 
 
 @pytest.mark.parametrize("count", [10, 20])
-def test_a_long_row_is_answered_to_rounding(count: int) -> None:
+def test_a_long_row_is_solved_to_rounding(count: int) -> None:
     history = run(*row_of_masses(count, AdditionDeletion(), Newmark()))
     # Sweeps stop when an answer changes by less than 1e-15 of the largest; the row's slowest mode adds up n^2 of that.
     assert velocities(history, count) == pytest.approx([1 / count] * count, abs=1e-11)

@@ -103,7 +103,7 @@ def test_the_highest_frequency_is_a_close_bound(left, order, mass):
 
 @pytest.mark.parametrize("order", [1, 2, 7])
 @pytest.mark.parametrize("ends", [(FREE, CLAMPED), (FREE, FREE), (End("spring", 1e9), FREE)])
-def test_static_answers_of_spectral_elements_are_those_of_the_continuous_rod(ends, order):
+def test_static_compliances_of_spectral_elements_are_those_of_the_continuous_rod(ends, order):
     struck = Mesh(rod(*ends), 8, "consistent", 0.0, order)
     stiffness, length = STEEL.young * STEEL.area, STEEL.length
     for x in (0.0, 0.11, 0.3):
@@ -264,7 +264,7 @@ def test_the_first_frequency_with_a_massless_face_is_that_of_the_chain(elements)
         (FREE, 2, (LEFT, Face(0.15, 1, 1.0)), "needs a node with mass"),
     ],
 )
-def test_what_cannot_lose_its_mass_is_refused(left, elements, faces, text):
+def test_faces_that_cannot_lose_their_mass_are_refused(left, elements, faces, text):
     with pytest.raises(CaseError, match=text) as refusal:
         FiniteElement(elements, "redistributed").build(rod(left), 0.0, faces)
     assert refusal.value.remedy

@@ -34,7 +34,7 @@ def test_the_page_lists_every_code_of_a_warning() -> None:
     assert len(listed) > 15
 
 
-def test_every_refusal_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_refusal_has_a_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "docs" / "_ext"))
     found = importlib.import_module("refusals").refusals()
     assert len(found) > 250

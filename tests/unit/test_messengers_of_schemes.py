@@ -44,7 +44,7 @@ def test_steps_of_free_motion_do_not_drift() -> None:
     assert abs(history.evaluate([6.0], "gap:m|rod.left")[0]) < 3e-4
 
 
-def test_a_scheme_that_gains_energy_is_told_of_the_one_that_does_not() -> None:
+def test_a_scheme_that_gains_energy_is_refused_with_one_that_does_not() -> None:
     with pytest.raises(il.StepError, match="Use integrator exact_modal"):
         resting("generalised_alpha", 20.0)
 

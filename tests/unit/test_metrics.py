@@ -246,7 +246,7 @@ def test_kicks_are_neither_missed_nor_extra() -> None:
     assert (judged["event_times"], judged["events_missed"], judged["events_extra"]) == (None, 2, 0)
 
 
-def test_without_a_rod_what_is_measured_in_round_trips_is_none() -> None:
+def test_without_a_rod_metrics_in_round_trips_are_none() -> None:
     rigid = scene().but(round_trip=float("nan"))
     judged = metrics.errors(history(scale=1.1), "exact", history(), rigid.scene)
     assert judged["force"] == pytest.approx(0.1)

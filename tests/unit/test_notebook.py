@@ -74,7 +74,7 @@ def test_a_run_shows_figure_contacts_and_warnings(case: il.Case) -> None:
     assert shown.count("<svg") == 2  # the sketch and the signals
 
 
-def test_a_doubtful_run_says_so_first(case: il.Case) -> None:
+def test_a_doubtful_run_shows_its_warning_first(case: il.Case) -> None:
     history = il.run(case)
     history.warnings.append(il.run(case).warnings[0]._replace(code="energy_gain", text="energy <grew>"))
     text = words_of(history._repr_html_())
@@ -246,7 +246,7 @@ def test_names_in_a_film_of_many_bodies_do_not_overlap() -> None:
     assert not any(one.overlaps(other) for one, other in itertools.combinations(names, 2))
 
 
-def test_what_moves_is_all_that_changes_between_frames() -> None:
+def test_only_moving_artists_change_between_frames() -> None:
     """Pictures are drawn over one still picture: they must be those of the whole figure."""
     history = il.run(il.load_case(CASES / "rod_on_wall.yaml"), frames=240)
     figure, step, _ = animation.film(history)
@@ -260,7 +260,7 @@ def test_what_moves_is_all_that_changes_between_frames() -> None:
         assert np.mean(np.abs(picture[:, :, :3] - whole)) < 1.0  # of 255: lines over which others lie
 
 
-def test_an_mp4_is_written_or_ffmpeg_asked_for(tmp_path: Path, case: il.Case) -> None:
+def test_an_mp4_is_written_or_refused_without_ffmpeg(tmp_path: Path, case: il.Case) -> None:
     history = il.run(case.method("continuous"))
     if shutil.which("ffmpeg") is None:
         with pytest.raises(ImpactlabError, match="needs the program ffmpeg"):
@@ -327,7 +327,7 @@ def test_warnings_have_classes(case: il.Case) -> None:
 
 
 @pytest.mark.parametrize("command", ["run", "check"])
-def test_commands_say_what_may_be_a_slip(tmp_path: Path, command: str) -> None:
+def test_commands_print_notes_on_likely_mistakes(tmp_path: Path, command: str) -> None:
     given = [
         command,
         str(CASES / "axial_impact.yaml"),
@@ -341,7 +341,7 @@ def test_commands_say_what_may_be_a_slip(tmp_path: Path, command: str) -> None:
     assert "axial_impact.yaml: bodies.rod.material: the wave speed is 0.163 m/s" in done.stderr
 
 
-def test_notes_are_quiet_unless_asked_for(case: il.Case) -> None:
+def test_notes_are_quiet_by_default(case: il.Case) -> None:
     code = (
         "import warnings, impactlab as il\n"
         f"case = il.load_case({str(CASES / 'axial_impact.yaml')!r})\n"

@@ -64,7 +64,7 @@ def test_one_run_states_its_error_where_a_second_one_costs_more_than_finer_steps
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
 @pytest.mark.parametrize(("law", "ends", "x"), SCENES, ids=["pinned", "clamped", "spring"])
-def test_a_coarse_run_says_how_fine_the_next_one_must_be(law, ends, x, tolerance):
+def test_a_coarse_run_gives_the_fineness_of_the_next_one(law, ends, x, tolerance):
     asked = struck(tolerance, law, ends, x)
     history, finer = api.solve(*asked), api.solve(*struck(0.03 * tolerance, law, ends, x))
     assert len(levels_of(history)) <= 3

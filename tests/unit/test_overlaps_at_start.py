@@ -36,7 +36,7 @@ def lost(history: AbstractHistory) -> float:
 
 @pytest.mark.parametrize("integrator", ["newmark", "midpoint", "exact_modal", "central_difference"])
 @pytest.mark.parametrize("law", ["penalty", "lankarani_nikravesh", "hunt_crossley"])
-def test_a_face_that_leaves_faster_than_the_contact_relaxes_gets_nothing_of_what_it_stored(
+def test_a_face_that_leaves_faster_than_the_contact_relaxes_gets_none_of_its_stored_energy(
     law: str, integrator: str
 ) -> None:
     """At 2 m/s no force acts, and the damping takes the energy of the spring: 0.5 k d^2, or 0.4 K d^2.5.

@@ -75,7 +75,7 @@ class Listening(SyntheticHistory):  # type: ignore[misc]
         return super().field(body, t, quantity, x)
 
 
-def test_a_page_asks_histories_at_the_agreed_instants_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_page_evaluates_histories_at_agreed_instants_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """So a history that was kept as samples gives the same page, its figures drawn in this process among it.
 
     Only the part of the time that a figure of a force shows is found from instants of its own.
@@ -95,7 +95,7 @@ def test_a_page_asks_histories_at_the_agreed_instants_only(tmp_path: Path, monke
         assert set(each.fields_asked) <= kept  # type: ignore[attr-defined]
 
 
-def test_the_data_hold_what_the_histories_do() -> None:
+def test_the_data_are_those_of_the_histories() -> None:
     shown_histories = traces({"good": history(1.01)}, {"good": EXACT[1]})
     data = json.loads(page_data(shown_histories, scene().scene, compared=True))
     assert [method["name"] for method in data["methods"]] == ["good", "exact"]
@@ -122,7 +122,7 @@ def test_many_histories_stay_within_the_limit(monkeypatch: pytest.MonkeyPatch) -
     assert values[-1] == pytest.approx(float(many["m0"].evaluate(6.0, f"force:{PAIR}")), abs=0.01)
 
 
-def test_of_many_contacts_and_bodies_the_first_have_figures_where_not_all_are_asked_for() -> None:
+def test_of_many_contacts_and_bodies_the_first_have_figures_by_default() -> None:
     case = case_of("chain_of_bars").with_settings([("snapshots", [1e-4])])
     figures = page_figures.of_run(traces({"run": il.run(case)}, {})[0], case.scene())
     assert [figure.name for figure in figures if figure.name.startswith("stress") and not figure.is_printed] == [
@@ -139,7 +139,7 @@ def test_bodies_stand_end_to_end_in_the_order_of_their_contacts() -> None:
     assert [spots[name].icons for name in ("ram", "cap", "pile")] == [0, 1, 2]
 
 
-def test_what_strikes_a_beam_stands_above_or_below_it() -> None:
+def test_a_striker_of_a_beam_stands_above_or_below_it() -> None:
     spots = layout(case_of("tube_between_stops").scene())
     assert {name: spot.side for name, spot in spots.items() if spot.beside} == {"above": 1, "below": -1}
     spots = layout(case_of("rod_on_beam").scene())

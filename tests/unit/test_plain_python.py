@@ -34,7 +34,7 @@ def scene(
     return mass_on_rod(model, law, integrator, step, round_trips=1.9)
 
 
-def test_the_mode_is_the_one_asked_for() -> None:
+def test_the_mode_is_that_of_the_environment_variable() -> None:
     asked = os.environ.get("NUMBA_DISABLE_JIT", "0")
     assert (asked in ("", "0")) == COMPILED
 
@@ -48,7 +48,7 @@ def test_the_mode_is_the_one_asked_for() -> None:
         (Modal(None, 10), ImpulseMomentum(1.0), ExactModal(), StepRule(points_per_period=10), 0.15),
     ],
 )
-def test_each_law_and_scheme_stays_near_the_exact_answer(
+def test_each_law_and_scheme_stays_near_the_exact_solution(
     model: AbstractRodModel, law: AbstractContactLaw, integrator: AbstractIntegrator, step: StepRule, mass: float
 ) -> None:
     case = scene(model, law, integrator, step)

@@ -92,7 +92,7 @@ def test_names_are_listed_without_importing():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_only_the_part_asked_for_is_imported(parts):
+def test_only_the_named_part_is_imported(parts):
     found = Registry([law("good", "Cushion"), Entry(LAWS.name, "broken", "no_such_module:Law", "elsewhere")])
     assert found.load(LAWS, "good") is Cushion
     with pytest.raises(

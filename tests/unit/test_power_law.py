@@ -51,7 +51,7 @@ LAWS = [Hertz(K), Hertz(1e5, exponent=1.0), Hertz(1e17, exponent=3.0), Flores(K,
 
 
 @pytest.mark.parametrize("law", LAWS, ids=["hertz", "linear", "cubic", "flores"])
-def test_force_times_path_is_what_is_stored_and_lost(law: Hertz | Flores) -> None:
+def test_force_times_path_is_the_energy_stored_and_lost(law: Hertz | Flores) -> None:
     random = np.random.default_rng(1)
     answered = 0
     for _ in range(2000):
@@ -139,7 +139,7 @@ def test_at_the_end_of_the_step_it_is_the_law_of_the_gap_and_rate_there(law: Her
     assert answered > 500
 
 
-def test_it_never_pulls_and_takes_up_what_the_spring_gives_back() -> None:
+def test_it_never_pulls_and_dissipates_the_energy_of_the_spring() -> None:
     law = Flores(K, restitution=0.2)
     stored = energy(-1e-4, law)
     made = port(-1e-4, -0.5e-4, compliance=1e-9)  # 5 m/s apart, where 1 + a d' is negative

@@ -30,7 +30,7 @@ def warned(history):
     return [each.text for each in history.warnings if each.code == "probe_near_load"]
 
 
-def test_modes_of_a_free_end_lack_the_force_on_it_and_say_so():
+def test_modes_of_a_free_end_lack_the_force_on_it_with_a_warning():
     """Each mode has no strain at the free end: the force there is read as 0 however many modes are kept."""
     history = held({"kind": "modal", "modes": 20})
     assert abs(history.recorded["force:rod@0"].values[-1]) < 1e-6 * FORCE

@@ -24,7 +24,7 @@ def paper(*settings):
     return il.load_case(CASES / "axial_impact.yaml").with_settings([("snapshots", []), *settings])
 
 
-def test_errors_against_an_exact_answer_have_no_uncertainty():
+def test_errors_against_an_exact_solution_have_no_uncertainty():
     case = paper()
     found, judge = api.summarised(case, il.run(case))
     assert judge.name == found["errors"]["reference"] == "st_venant"
@@ -54,7 +54,7 @@ def test_a_law_of_impulses_has_no_error_of_a_force():
 
 
 @pytest.mark.parametrize("setting", [HERTZ, DAMPED], ids=["hertz", "damped"])
-def test_a_run_without_an_exact_answer_has_errors_with_their_uncertainty(setting):
+def test_a_run_without_an_exact_solution_has_errors_with_their_uncertainty(setting):
     case = paper(setting)
     errors = api.summarised(case, il.run(case), 0.25)[0]["errors"]
     assert errors["reference"] == "converged"
@@ -116,7 +116,7 @@ def test_predictions_are_the_same_however_busy_the_machine_is(monkeypatch):
     assert api.summarised(case, slow)[0]["reference"] == first
 
 
-def test_no_answer_is_told_apart_from_one_that_is_not_computed():
+def test_no_reference_differs_from_one_that_is_not_computed():
     case = il.load_case(CASES / "axial_impact.yaml").method("impulse_momentum")
     two = il.load_case(CASES / "two_link_arm.yaml").with_settings(
         {"contacts.0.law": {"kind": "velocity_complementarity"}}
@@ -135,7 +135,7 @@ def test_methods_of_a_comparison_share_a_converged_reference(tmp_path):
     assert str(comparison).startswith("axial_impact: 2 methods against a converged solution")
 
 
-def test_what_a_reference_does_not_know_itself_is_not_told():
+def test_errors_below_the_uncertainty_of_the_reference_are_not_reported():
     case = paper()
     history = il.run(case)
     exact = reference.find(*case.simulation())
@@ -154,7 +154,7 @@ def test_a_summary_still_takes_a_name_and_a_history():
     assert summary.summarise("x", history, ("st_venant", exact.history))["errors"] == whole
 
 
-def test_the_command_line_shows_what_it_was_measured_against(tmp_path):
+def test_the_command_line_names_the_reference_of_the_errors(tmp_path):
     text = (CASES / "axial_impact.yaml").read_text(encoding="utf-8")
     case = tmp_path / "damped.yaml"
     case.write_text(text, encoding="utf-8")
@@ -175,7 +175,7 @@ def test_the_content_of_a_scene_names_its_physics_only():
 
 
 @pytest.mark.slow
-def test_a_report_is_drawn_against_a_converged_answer(tmp_path):
+def test_a_report_is_drawn_against_a_converged_reference(tmp_path):
     """With snapshots, too: a converged answer has no fields at any place, so these stand without it."""
     case = ["--set", "contacts.0.law={kind: hertz, stiffness: 1.0e+11}"]
     left = CliRunner().invoke(

@@ -153,7 +153,7 @@ def test_settings_and_variants_change_the_block_as_written() -> None:
         ("contacts.2.gap", "KEY={each: [...]} in it"),
     ],
 )
-def test_one_of_many_has_no_path_and_the_message_tells_the_key(path: str, asked: str) -> None:
+def test_one_of_many_has_no_path_and_the_message_names_the_key(path: str, asked: str) -> None:
     case = made()
     with pytest.raises(CaseError) as refused:
         case.with_(path, 2e-3)
@@ -256,7 +256,7 @@ def test_a_block_that_cannot_be_repeated_is_refused(changes: dict[str, Any], pat
     assert refused.value.remedy
 
 
-def test_too_many_bodies_are_refused_with_what_to_make_fewer() -> None:
+def test_too_many_bodies_are_refused_with_the_key_to_reduce() -> None:
     with pytest.raises(CaseError) as refused:
         made(bodies={**BEADS, "bead": {**BEADS["bead"], "repeat": MAX_REPEAT}})
     assert refused.value.remedy == "Give fewer bodies: a smaller repeat, or fewer blocks."

@@ -165,13 +165,13 @@ def test_a_comparison_writes_all_its_files(tmp_path: Path) -> None:
         assert "<svg" in (tmp_path / "figures" / f"{name}.svg").read_text()
 
 
-def test_figures_that_the_page_shows_live_are_drawn_where_they_are_asked_for(written: Path) -> None:
+def test_figures_that_the_page_shows_live_are_drawn_on_request(written: Path) -> None:
     assert {path.name for path in (written / "figures").iterdir()} == {
         f"{n}.svg" for n in ("waves", "errors", "contacts", "force", "stress_rod")
     }
 
 
-def test_a_page_stands_alone_and_says_what_it_must(written: Path) -> None:
+def test_a_page_stands_alone_and_has_its_texts(written: Path) -> None:
     text = (written / "index.html").read_text()
     page = Links(text)
     assert "A &amp; B &lt;here&gt;" in text
@@ -389,7 +389,7 @@ def test_findings_name_the_best_the_worst_and_the_lost() -> None:
     assert said[-1] == "No result: lost; the table gives the reasons."
 
 
-def test_the_scene_is_told_and_drawn() -> None:
+def test_the_scene_is_described_and_drawn() -> None:
     told = dict(scene_facts(scene().scene))
     assert "rigid mass" in told["hammer"]
     assert told["rod"].endswith("left free, right clamped")
@@ -446,7 +446,7 @@ def test_every_way_to_hold_an_end_is_drawn() -> None:
         assert mark in held
 
 
-def test_many_bodies_and_contacts_that_are_alike_are_said_once():
+def test_many_bodies_and_contacts_that_are_alike_are_listed_once():
     """A row of beads is two lines of a page; a bead that differs has a line of its own."""
     scene = load_case(CASES / "granular" / "solitary_wave.yaml").scene()
     found = {name: words.replace("\N{NO-BREAK SPACE}", " ") for name, words in scene_facts(scene)}

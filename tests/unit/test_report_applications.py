@@ -121,7 +121,7 @@ def test_a_shaft_in_pieces_is_one_line_among_the_facts() -> None:
     assert words["ram | helmet"] == "gap 0"
 
 
-def test_a_case_in_a_notebook_and_the_page_of_a_fit_name_what_is_joined(tmp_path: Path) -> None:
+def test_a_case_in_a_notebook_and_the_page_of_a_fit_name_joined_contacts(tmp_path: Path) -> None:
     """Both gave a specimen between two bars "gap 0"."""
     case = il.load_case("hopkinson_aluminium")
     assert "joined from the start" in case._repr_html_()

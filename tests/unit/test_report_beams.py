@@ -18,7 +18,7 @@ from impactlab.report.summary import summarise
 from tests.cases.support import case_of
 
 
-def test_the_drawing_shows_supports_and_what_strikes() -> None:
+def test_the_drawing_shows_supports_and_strikers() -> None:
     drawn = sketch(case_of("sphere_on_long_beam").scene())
     assert drawn.count('<circle cx="280.0"') == 1  # in the middle of 420 that begin at 70
     assert drawn.count('fill="none"') == 2  # two pins
@@ -45,7 +45,7 @@ def test_the_facts_name_theory_stiffness_and_supports() -> None:
     assert words["above"] == "rigid wall"
 
 
-def test_the_page_tells_collisions_and_moments(tmp_path: Path) -> None:
+def test_the_page_shows_collisions_and_moments(tmp_path: Path) -> None:
     case = case_of("sphere_on_long_beam").with_settings(
         [("snapshots", [2.0e-4, 1.0e-3]), ("solve.model", {"kind": "modal", "elements": 40, "modes": 20})]
     )

@@ -100,7 +100,7 @@ def test_a_joint_without_loss_takes_nothing(history: AbstractHistory) -> None:
     assert link["loss"] == taken.links[0].loss > 1e-3
 
 
-def test_the_summary_says_how_errors_are_measured(history: AbstractHistory) -> None:
+def test_the_summary_states_the_measure_of_errors(history: AbstractHistory) -> None:
     text = summary_text(summarise("slider_crank", history, None))
     assert "not measured: no exact solution, and no reference that converges within 7 s" in text
 

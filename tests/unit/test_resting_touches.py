@@ -42,7 +42,7 @@ def test_faces_that_touch_at_rest_are_refused_under_a_tolerance():
     ],
     ids=["gap", "elastic", "restitution 1", "least speed"],
 )
-def test_what_the_message_asks_for_keeps_the_tolerance(changed):
+def test_the_remedy_of_the_message_keeps_the_tolerance(changed):
     history = il.run(rods(**changed, tolerance=1e-2))
     mesh = {"kind": "finite_element", "elements": 1000, "mass": "lumped"}
     fine = il.run(rods(**changed, model=mesh, integrator={"kind": "central_difference"}, step={"courant": 0.9}))

@@ -74,7 +74,7 @@ def check_bits(known, sought):
     assert like.dt == alone.dt != known.method.step.dt
 
 
-def test_what_knows_its_step_is_set_up_anew():
+def test_parts_that_depend_on_the_step_are_set_up_again():
     """Another scheme, law, model or load has constants that no other step length rewrites."""
     known = struck(Hertz(1e9))
     driver.run(*known, with_warnings=False)

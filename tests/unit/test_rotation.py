@@ -317,7 +317,7 @@ def test_gravity_along_the_axis_acts() -> None:
     assert history.evaluate([1e-3], "velocity:sphere")[0] == pytest.approx(-9.81e-3, rel=1e-12)
 
 
-def test_a_run_says_that_momentum_is_not_checked() -> None:
+def test_a_run_states_that_momentum_is_not_checked() -> None:
     found = rotation(il.run(case(ROD)).scene)
     assert found["hammer"]["momentum_unchecked"] is True
     assert found["rod"]["tip_radius"] == pytest.approx(0.3000033857601)

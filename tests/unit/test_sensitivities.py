@@ -330,7 +330,7 @@ def _value(found: Any, row: Any) -> Any:
     return each.sel({over: row.label}).values if over else each.values
 
 
-def test_fronts_that_arrive_together_and_part_are_told_by_runs():
+def test_fronts_that_arrive_together_and_part_have_differences_of_runs():
     """Two segments of equal travel time: the echoes of both meet; their lengths move them apart."""
     document = struck()
     rod = document["bodies"]["rod"]
@@ -528,7 +528,7 @@ def test_a_front_that_takes_all_of_the_force_is_at_an_edge():
     assert not found.find("first_opening", speed).reason  # the speed scales the force, 0 stays 0
 
 
-def test_a_signal_that_jumps_at_a_time_has_no_derivative_by_what_moves_the_front():
+def test_a_signal_that_jumps_at_a_time_has_no_derivative_by_a_number_that_moves_the_front():
     bodies = {
         "m": il.Mass(1.0, velocity=1.0),
         "r": il.Rod(length=1.0, area=1.0, material={"young": 1.0, "density": 1.0}, ends={"right": "free"}),
@@ -543,7 +543,7 @@ def test_a_signal_that_jumps_at_a_time_has_no_derivative_by_what_moves_the_front
     assert [math.isnan(row.derivative) for row in rows] == [True, False, True]
 
 
-def test_a_case_without_a_contact_says_so_of_its_contact_quantities():
+def test_a_case_without_a_contact_lacks_its_contact_quantities_with_the_reason():
     case = il.load_case("step_loaded_rod")
     found = il.sensitivities(case, ["bodies.rod.material.young"], ["peak_force", "final_velocity"])
     lacking, own = found.rows
@@ -560,7 +560,7 @@ def test_a_contact_by_number_and_by_name_is_one_parameter():
 
 
 @pytest.mark.parametrize("model", ["continuous", "finite_element"])
-def test_a_quantity_without_a_value_says_why_it_has_no_derivative(model):
+def test_a_quantity_without_a_value_has_no_derivative_with_the_reason(model):
     scene = struck(law={"kind": "penalty", "stiffness": 10.0}, duration=0.3)
     scene["bodies"]["other"] = {"kind": "mass", "mass": 1.0}
     scene["contacts"].append({"between": ["other", "hammer"], "gap": 5.0, "law": scene["contacts"][0]["law"]})

@@ -47,7 +47,7 @@ def test_a_dimensionless_value_has_no_unit() -> None:
         (math.nan, math.nan, ""),
     ],
 )
-def test_an_interval_without_an_end_is_said_in_words(lower: float, upper: float, interval: str) -> None:
+def test_an_interval_without_an_end_is_written_in_words(lower: float, upper: float, interval: str) -> None:
     assert cells("s", "kg", lower, upper)[2] == interval
 
 

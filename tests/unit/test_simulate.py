@@ -102,7 +102,7 @@ def test_the_stability_limit_itself_is_allowed() -> None:
     prepare(*paper(LUMPED, AdditionDeletion(), CentralDifference(), StepRule(courant=1.0)))
 
 
-def test_a_run_that_gains_energy_ends_as_failed_with_what_was_reached() -> None:
+def test_a_run_that_gains_energy_ends_as_failed_with_the_history_so_far() -> None:
     """A spring far too stiff for an explicit step: the energy grows beyond what the parts declare."""
     scene = paper(LUMPED, Penalty(stiffness=2.4e10), CentralDifference(), StepRule(courant=0.999))
     with pytest.raises(StepError, match=r"energy grew|not a finite number") as failed:
@@ -143,7 +143,7 @@ def test_located_penalty_opens_where_the_gap_opens() -> None:
         (Modal(None, 60), ExactModal(), Penalty(stiffness=6e10), TEN),
     ],
 )
-def test_two_contacts_on_one_body_are_answered_together(
+def test_two_contacts_on_one_body_are_solved_together(
     model: AbstractRodModel, integrator: AbstractIntegrator, law: AbstractContactLaw, step: StepRule
 ) -> None:
     """A mass between two rods strikes both at once: by symmetry both forces are equal and the mass keeps still."""
@@ -208,7 +208,7 @@ def test_a_long_run_is_decimated_with_its_impulse_kept() -> None:
     assert integral == pytest.approx(sum(span.impulse for span in history.contacts), rel=1e-4)
 
 
-def test_a_run_keeps_as_many_instants_as_asked_for_and_all_events_to_the_bit() -> None:
+def test_a_run_keeps_the_requested_number_of_instants_and_all_events_to_the_bit() -> None:
     scene = paper(LUMPED, AdditionDeletion(), CentralDifference(), StepRule(courant=0.1))
     every, some = run(*scene), run(*scene.but(records=100))
     assert every.cost.steps == some.cost.steps > 1000
@@ -245,7 +245,7 @@ def test_values_at_the_end_do_not_depend_on_the_number_of_records(events: str) -
         assert few.at_end(channel) == every.at_end(channel)
 
 
-def test_a_snapshot_is_a_field_and_any_other_time_says_which_there_are() -> None:
+def test_a_snapshot_is_a_field_and_any_other_time_is_refused_with_those_kept() -> None:
     scene = paper(Modal(100, 100), WaveIdentification(), Newmark(), snapshots=(2e-5,))
     history = run(*scene)
     field = history.field("rod", 2e-5, "velocity")
@@ -256,7 +256,7 @@ def test_a_snapshot_is_a_field_and_any_other_time_says_which_there_are() -> None
         history.field("rod", 3e-5, "velocity")
 
 
-def test_an_unrecorded_channel_is_refused_with_what_there_is() -> None:
+def test_an_unrecorded_channel_is_refused_with_those_recorded() -> None:
     history = run(*paper(Modal(None, 5), Penalty(), Newmark()))
     with pytest.raises(ImpactlabError, match=r"'stress:rod@0.1' was not recorded.*force:hammer\|rod.left"):
         history.evaluate(0.0, "stress:rod@0.1")
@@ -272,7 +272,7 @@ def test_located_hard_contact_has_no_force_spikes() -> None:
 
 
 @pytest.mark.parametrize("integrator", [Newmark(), CentralDifference()])
-def test_what_a_dashpot_takes_is_booked_in_full(integrator: AbstractIntegrator) -> None:
+def test_the_energy_taken_by_a_dashpot_is_booked_in_full(integrator: AbstractIntegrator) -> None:
     """The balance closes with the dashpot's own power, in each scheme's own velocities."""
     rod = Rod("rod", (STEEL,), FREE, End("dashpot", 2e4), velocity=1.0)
     model, step = FiniteElement(50, "lumped"), StepRule(courant=0.8)

@@ -111,7 +111,7 @@ def test_remedies_in_python_name_no_command() -> None:
         il.load_case("two_rods").with_("solve.duration", -1.0)
 
 
-def test_a_probe_that_no_case_has_and_a_signal_that_is_none_are_told_what_to_give() -> None:
+def test_a_probe_that_no_case_has_and_an_invalid_signal_are_refused_with_the_right_form() -> None:
     case = il.load_case("axial_impact").method("continuous").with_("probes", [])
     with pytest.raises(CaseError, match="it has none\nGive the case a probe"):
         il.run(case).measured("strain:rod@0.1")
@@ -119,12 +119,12 @@ def test_a_probe_that_no_case_has_and_a_signal_that_is_none_are_told_what_to_giv
         il.fit(case, ["1"], {"bodies.hammer.mass": (1.0, 3.0)})  # type: ignore[list-item]
 
 
-def test_a_block_that_is_null_is_told_to_be_left_out() -> None:
+def test_a_block_that_is_null_is_refused_and_to_be_left_out() -> None:
     with pytest.raises(CaseError, match=r"solve\.model: null is given where a block is needed.*leave the key out"):
         il.load_case("two_rods").with_("solve", model=None)
 
 
-def test_a_contact_without_a_law_is_told_the_laws_of_hard_contact() -> None:
+def test_a_contact_without_a_law_is_refused_with_the_laws_of_hard_contact() -> None:
     rod = il.Rod(length=0.3, diameter=0.02, material="steel")
     bodies: dict[str, il.Rod | il.Mass] = {"hammer": il.Mass(1.0, velocity=1.0), "rod": rod}
     solve = {"duration": 1e-4, "model": {"kind": "continuous"}}

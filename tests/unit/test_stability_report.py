@@ -61,7 +61,7 @@ def test_long_runs_stand_side_by_side_by_their_steps() -> None:
     assert sheet.rows == (("own.spring", "1.0e-14, 0.0e+00", "2.0e-12, 0.0e+00", "300", "energy_loss"),)
 
 
-def test_the_report_counts_violations_and_escapes_what_it_shows(tmp_path: Path) -> None:
+def test_the_report_counts_violations_and_escapes_its_texts(tmp_path: Path) -> None:
     table = tmp_path / "table.csv"
     head = (
         "case,variant,method,status,displacement,impulse,solve_s,setup_s,steps,unknowns,energy_gain,energy_loss,reason"

@@ -47,7 +47,7 @@ def test_a_dashpot_touched_inside_a_step_keeps_the_tolerance(tmp_path, gap, tole
     assert impulse == pytest.approx(1.2488406, rel=min(tolerance, history.choice.expected_error + 1e-7))
 
 
-def test_errors_beyond_the_stated_one_are_told_first_and_the_tolerance_is_not_met(tmp_path):
+def test_errors_beyond_the_stated_one_are_shown_first_and_the_tolerance_is_not_met(tmp_path):
     """A run that was chosen is held against the reference of a ball with another speed."""
     scene = case(tmp_path).simulation()
     history = run(scene)
@@ -62,7 +62,7 @@ def test_errors_beyond_the_stated_one_are_told_first_and_the_tolerance_is_not_me
     assert [warned["code"] for warned in again["warnings"]].count("tolerance_not_met") == 1
 
 
-def test_an_estimate_that_was_too_small_is_told_though_the_tolerance_holds(tmp_path):
+def test_an_estimate_that_was_too_small_is_warned_of_although_the_tolerance_holds(tmp_path):
     history = run(case(tmp_path))
     history.choice = dataclasses.replace(history.choice, expected_error=1e-6)
     set_measured_error(history, 5e-5)
@@ -105,7 +105,7 @@ def test_a_tolerance_out_of_reach_is_refused_with_the_best_that_could_be_reached
     assert run(case(tmp_path, tolerance=offered)).choice.met
 
 
-def test_what_no_description_can_try_is_a_matter_of_cost(tmp_path, monkeypatch):
+def test_a_budget_below_that_of_all_descriptions_is_a_matter_of_cost(tmp_path, monkeypatch):
     """The error does not blame the physics."""
     monkeypatch.setattr(search, "BUDGET_S", 1e-6)
     with pytest.raises(CaseError, match="no description can be tried: rigid bodies: would take"):

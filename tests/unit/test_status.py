@@ -79,7 +79,7 @@ def test_a_tolerance_that_is_met_completes(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("missed")
-def test_a_tolerance_that_is_not_met_is_a_status_told_first_with_exit_code_1(tmp_path: Path, capsys: Any) -> None:
+def test_a_tolerance_that_is_not_met_is_a_status_shown_first_with_exit_code_1(tmp_path: Path, capsys: Any) -> None:
     file = written(tmp_path)
     assert code_of("run", str(file)) == 1
     first, second, *_ = capsys.readouterr().out.splitlines()
@@ -132,7 +132,7 @@ def test_rows_of_a_comparison_and_of_a_bench_keep_status_and_numbers(tmp_path: P
     assert verdict(row._replace(warnings="tolerance_not_met")) is BenchVerdict.WARNED
 
 
-def test_a_run_that_more_than_doubles_its_energy_fails_with_what_was_reached(tmp_path: Path, capsys: Any) -> None:
+def test_a_run_that_more_than_doubles_its_energy_fails_with_the_history_so_far(tmp_path: Path, capsys: Any) -> None:
     file = written(tmp_path, GROWING)
     with pytest.raises(StepError, match="no run may more than double it") as failed:
         il.run(il.load_case(file))
@@ -156,7 +156,7 @@ def test_long_lists_are_shortened_on_the_screen_and_complete_in_json(tmp_path: P
     assert sum(line.startswith("  contact ") for line in console.summary_text(few).splitlines()) == 12
 
 
-def test_a_gain_of_energy_is_told_first_and_to_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_gain_of_energy_is_shown_first_and_warned_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     case = il.load_case(written(tmp_path)).method("by_steps")
     history = il.run(case)
     history.warnings += [Warned("near_grazing", "later"), Warned("energy_gain", "energy grew by 30 %")]

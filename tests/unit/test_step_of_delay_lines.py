@@ -56,7 +56,7 @@ def test_fewer_modes_change_the_step_and_not_the_physics() -> None:
     assert np.abs(force - other).max() < 0.01 * force.max()
 
 
-def test_a_run_without_steps_says_that_it_ignores_them() -> None:
+def test_a_run_without_steps_warns_that_they_are_ignored() -> None:
     hard = {"kind": "addition_deletion"}
     plain, counted = (il.run(struck({"kind": "continuous"} | more, hard)) for more in ({}, {"modes": 40}))
     assert {each.code for each in counted.warnings} - {each.code for each in plain.warnings} == {"modes_unused"}

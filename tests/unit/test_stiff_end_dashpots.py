@@ -28,7 +28,7 @@ def run(ratio: float, courant: float, velocities: tuple[float, float], gap: floa
 
 
 @pytest.mark.parametrize("ratio", [2.0, 4.0, 30.0])
-def test_the_end_moves_as_the_front_says(ratio: float) -> None:
+def test_the_end_moves_by_the_front_alone(ratio: float) -> None:
     # Behind the front the force -Z (v0 - v) of the wave holds that of the dashpot, c v: v = v0 Z/(Z + c). The end once
     # set out with v0 (1 - c/Z), in the opposite direction.
     history = run(ratio, 1.0, (-3.0, 0.0), 1e-2)

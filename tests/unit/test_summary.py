@@ -139,7 +139,7 @@ def test_gains_are_shares_of_the_energy_in_play() -> None:
     assert EnergyBook(grid, {"bar": np.zeros(3)}, np.zeros(3), {}, np.zeros(3)).scale == 1.0
 
 
-def test_a_run_without_an_exact_answer_says_so() -> None:
+def test_a_run_without_an_exact_solution_has_no_errors() -> None:
     text = summary_text(summarise("toy", history()))
     assert "errors    not measured" in text
 
@@ -265,7 +265,7 @@ def test_warnings_stand_below_where_the_terminal_is_too_narrow_for_their_column(
     assert not any(line.startswith("calm:") for line in lines)
 
 
-def test_a_warning_of_all_methods_is_told_once() -> None:
+def test_a_warning_of_all_methods_is_shown_once() -> None:
     both = two_rows()
     both["rows"].append({**both["rows"][0], "name": "again"})
     lines = table(both).splitlines()
@@ -292,7 +292,7 @@ def test_cells_are_short(value: Any, text: str) -> None:
     assert cell(value) == text
 
 
-def test_a_stepped_delay_line_is_not_said_to_be_solved_from_event_to_event() -> None:
+def test_a_stepped_delay_line_is_not_described_as_solved_from_event_to_event() -> None:
     case = il.load_case("axial_impact").method("continuous")
     hertz = case.with_settings(
         {"contacts.0.law": {"kind": "hertz", "stiffness": 1e10}, "solve.step": {"points_per_period": 20}}

@@ -161,7 +161,7 @@ def test_a_folder_of_others_is_refused(tmp_path, case, no_run):
             il.sweep(case, {MASS: [1.0]}, out=tmp_path / bad)
 
 
-def test_a_missing_library_is_answered_with_the_command_that_installs_it(case, monkeypatch):
+def test_a_missing_library_is_refused_with_the_command_that_installs_it(case, monkeypatch):
     monkeypatch.setattr(result, "find_spec", lambda name: None)
     with pytest.raises(ExtraError, match="xarray") as raised:
         il.sweep(case, {MASS: [1.0]})
@@ -249,7 +249,7 @@ def disk_full(*_, **__):
         ),
     ],
 )
-def test_a_folder_that_breaks_ends_the_sweep_and_says_how_to_go_on(tmp_path, monkeypatch, fault, words, last):
+def test_a_folder_that_breaks_ends_the_sweep_with_advice(tmp_path, monkeypatch, fault, words, last):
     out = tmp_path / "out"
     with monkeypatch.context() as patched:
         patched.setattr(run, "size_of_chunk", lambda *_: 2)
@@ -356,7 +356,7 @@ def test_a_contact_by_number_and_by_name_is_one_axis(case, no_run):
 
 
 @pytest.mark.parametrize("workers", [-1, 1.5, "2", None, True, 5000])
-def test_a_number_of_workers_that_is_none(case, no_run, workers):
+def test_an_invalid_number_of_workers_is_refused(case, no_run, workers):
     """With -1 the sweep waited for ever, and with '2' a TypeError came from inside."""
     with pytest.raises(il.CaseError, match=r"workers: .* is not allowed\nGive a whole number from 0 to 1024"):
         il.sweep(case, {MASS: [1.0, 2.0]}, workers=workers)

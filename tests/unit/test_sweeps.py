@@ -182,7 +182,7 @@ def test_wrong_axes_are_refused_before_the_first_run(case, over, words, monkeypa
     assert words in str(raised.value)
 
 
-def test_a_channel_named_as_a_quantity_is_told_how_to_sample(case):
+def test_a_channel_named_as_a_quantity_is_refused_with_the_form_of_an_extreme(case):
     """'strain' was answered with the list of quantities alone."""
     with pytest.raises(il.CaseError, match=r'il.Sampled\("strain:BODY@X", times\)'):
         il.sweep(case, {MASS: [1.0]}, quantities="strain")
@@ -248,7 +248,7 @@ def test_a_first_run_that_crashes_does_not_end_the_sweep(monkeypatch):
     assert [chunks.STATUSES[each] for each in found["status"].values] == ["crashed", "completed"]
 
 
-def test_figures_show_each_label_and_refuse_what_they_cannot_show(case):
+def test_figures_show_each_label_and_refuse_other_axes(case):
     found = il.sweep(
         case, {MASS: np.geomspace(1.0, 4.0, 3), GAP: [0.0, 1e-4, 2e-4]}, quantities=["contacts", "impulse"]
     )

@@ -315,7 +315,7 @@ def test_a_striker_met_by_a_driven_body_has_no_restitution_and_is_a_batch(small)
     assert values[1, 0] == pytest.approx(quantities.restitution(whole.scene, whole)["rod|end"], rel=1e-12)
 
 
-def test_a_batch_that_differs_from_a_run_is_told(small, monkeypatch, caplog):
+def test_a_batch_that_differs_from_a_run_is_logged(small, monkeypatch, caplog):
     @quantities.quantity("N s", quantities.CONTACT)
     def impulse(_scene: Scene, _history: Any) -> dict[str, float]:
         """Another one."""

@@ -66,7 +66,7 @@ def test_two_runs_at_once_have_arrays_of_their_own(runs_before: int, at: int) ->
     assert all(kept.memory.state is not state for state in states)
 
 
-def test_a_case_that_threads_run_at_once_has_one_answer() -> None:
+def test_a_case_that_threads_run_at_once_has_one_result() -> None:
     asked = struck(0.32)
     name, times = asked.scene.contacts[0].name, np.linspace(0.0, asked.scene.duration, 101)
 

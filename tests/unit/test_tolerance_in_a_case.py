@@ -114,7 +114,7 @@ def test_setting_a_description_drops_the_tolerance(tmp_path, path, value):
     assert case.with_(path, value).simulation().method.tolerance is None
 
 
-def test_what_describes_nothing_keeps_the_tolerance(tmp_path):
+def test_settings_of_the_scene_keep_the_tolerance(tmp_path):
     case = load(tmp_path)
     assert case.with_("solve.duration", {"round_trips": 1}).simulation().method.tolerance.error == 1e-3
     assert case.with_("contacts.0.gap", 1e-5).simulation().method.tolerance.error == 1e-3
@@ -126,7 +126,7 @@ def test_what_describes_nothing_keeps_the_tolerance(tmp_path):
     )
 
 
-def test_a_method_may_ask_for_a_tolerance(tmp_path):
+def test_a_method_may_have_a_tolerance(tmp_path):
     methods = "methods:\n  automatic: {solve.tolerance: 1.0e-2}"
     case = load(tmp_path, f"  step: {{points_per_period: 10}}\n{methods}", "{kind: wave_identification}")
     chosen = case.method("automatic")

@@ -56,7 +56,7 @@ def test_mean_and_deviation_of_a_lognormal_number_are_its_own(case):
 
 
 @pytest.mark.parametrize("form", ["text", "mapping", "file"])
-def test_a_table_gives_each_value_as_often_as_its_weight_says(case, form, tmp_path):
+def test_a_table_gives_each_value_as_often_as_its_weight(case, form, tmp_path):
     file = tmp_path / "masses.csv"
     file.write_text("other [m],mass [g],weight\n7,3000,1\n8,1000,2\n9,2000,1\n", encoding="utf-8")
     given = {
@@ -144,7 +144,7 @@ def test_indices_are_those_of_scipy(case):
     assert [total.value for _, total in found] == pytest.approx(wanted.total_order.ravel(), rel=1e-12)
 
 
-def test_intervals_of_95_percent_hold_the_truth_in_about_95_of_100(case):
+def test_intervals_of_95_percent_hold_the_true_value_in_about_95_of_100(case):
     """Of a product of lognormal numbers all estimates are known in closed form."""
     spread = (0.3, 0.2)
     squares = np.square(spread)

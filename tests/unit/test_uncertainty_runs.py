@@ -125,7 +125,7 @@ def test_indices_of_a_product_of_powers_are_exact(case):
     assert share == pytest.approx(0.04 / (means + young), rel=1e-9)
 
 
-def test_points_without_values_stop_the_indices_and_say_where_they_are(case):
+def test_points_without_values_stop_the_indices_and_are_named(case):
     vary = {MASS: "normal(1 kg, 60 %)", SPEED: "uniform(0.5 m/s, 1 m/s)"}
     found = il.uncertainty(case, vary, ["peak_force"], samples=64)
     failed = counts(found.data)["refused"]
@@ -216,7 +216,7 @@ def test_a_stepped_case_has_its_edges_and_linear_estimate_too():
     assert found.warnings[2].startswith("No linear estimate of contacts hammer|rod.left: ")
 
 
-def test_a_linear_estimate_from_a_one_sided_derivative_says_so():
+def test_a_linear_estimate_from_a_one_sided_derivative_is_marked():
     """The rod rests at the wall: a force on its far end presses it there, or pulls it away."""
     force = "bodies.rod.ends.left.force"
     rod = il.Rod(length=0.3, area=9e-4, material="steel", ends={"left": {"force": 0.0}})
@@ -244,7 +244,7 @@ def test_a_channel_gives_a_band_over_time(case):
         found.plot("impulse")
 
 
-def test_both_forms_of_the_page_give_what_it_says(monkeypatch, tmp_path, capsys):
+def test_both_forms_of_the_page_give_its_numbers(monkeypatch, tmp_path, capsys):
     monkeypatch.chdir(ROOT)
     first, second = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
     [command] = re.findall(r"```sh\n(.*?)```", PAGE, flags=re.DOTALL)
@@ -292,7 +292,7 @@ def test_a_case_without_a_contact_spreads_too():
     assert not found.shares
 
 
-def test_a_far_percentile_of_few_samples_is_open_and_says_how_many_it_takes(case):
+def test_a_far_percentile_of_few_samples_is_open_and_names_the_number_needed(case):
     found = il.uncertainty(
         case, {MASS: "normal(2.133 kg, 1 %)"}, ["final_velocity"], samples=64, percentiles=[1.0, 50.0]
     )

@@ -271,7 +271,7 @@ def test_a_law_that_never_sets_in_contact_is_found_and_its_run_warns(found, law)
     assert all("Law 'silent' must set reply.in_contact to 1.0" in text for text in warned)
 
 
-def test_a_law_that_gains_more_than_it_declares_is_told_what_to_declare(found):
+def test_a_law_that_gains_more_than_it_declares_is_refused_with_the_bound_to_declare(found):
     """Its run asked for a smaller step alone."""
     bodies, law = (Mass("ball", 1.0, 1.0), Wall("wall")), found.load(LAWS, "spring")(2e6)
     with pytest.raises(StepError, match="energy grew") as failed_run:
@@ -292,7 +292,7 @@ def test_slips_of_a_first_law_are_named(found):
             run(*in_a_row(bodies, None, found.load(LAWS, name)(2e6), ExactModal(), StepRule(dt=1e-5), duration=5e-3))
 
 
-def test_what_a_law_raises_is_told(found):
+def test_an_exception_of_a_law_is_reported(found):
     """File and line were given in runs only, and the measured figures asked for a smaller step."""
     asked = verdict("raises", found)
     assert re.fullmatch(

@@ -35,7 +35,7 @@ def test_the_time_of_an_inner_stage_is_not_that_of_the_outer_one(ticks: list[flo
     assert watch.seconds() == {"starting": 1.0, "reading": 0.5, "checking": 5.5}
 
 
-def test_runs_within_a_reference_are_not_told_apart_but_compiling_is(ticks: list[float]) -> None:
+def test_runs_within_a_reference_count_as_reference_except_their_compilation(ticks: list[float]) -> None:
     watch = WallTime(0.0, "other")
     watch.enter("reference")
     watch.enter("solving")

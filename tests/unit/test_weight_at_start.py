@@ -94,7 +94,7 @@ def test_a_law_that_stiffens_rests_at_the_overlap_of_the_force_on_it(kind: str) 
     assert not texts(struck(MESH, law, displacement=shape, gap=float(gap)))
 
 
-def test_contacts_that_stiffen_carry_what_stands_on_them() -> None:
+def test_contacts_that_stiffen_carry_the_weight_above_them() -> None:
     """A weight on a light mass on the ground: each overlap is that of the force on it, not of the weight of all."""
     bodies = {
         "hammer": il.Mass(1.0, velocity=0.5),
@@ -120,7 +120,7 @@ def test_contacts_that_stiffen_carry_what_stands_on_them() -> None:
     assert -lower == pytest.approx(((WEIGHT + 1e-3) * G / 1e11) ** (2.0 / 3.0), rel=1e-8)
 
 
-def test_what_nothing_holds_falls_without_a_warning() -> None:
+def test_a_free_body_falls_without_a_warning() -> None:
     bodies = {"hammer": il.Mass(1.0, velocity=1.0), "rod": il.Rod(length=1.0, diameter=0.02, material="steel")}
     law = {"kind": "addition_deletion"}
     case = il.Case(

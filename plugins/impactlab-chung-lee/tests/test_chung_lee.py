@@ -80,7 +80,7 @@ def test_displacements_follow_the_characteristic_cubic(beta: float, angle: float
 
 
 @pytest.mark.parametrize("beta", [1.005, MOST_BETA])
-def test_the_energy_falls_by_exactly_what_the_docstring_says(beta: float) -> None:
+def test_the_energy_falls_by_exactly_the_amount_of_the_docstring(beta: float) -> None:
     dt = 1.2 / TURN
     stepper = oscillator(beta, dt)
     states, out, energies = walked(stepper, 50), np.zeros(2), []

@@ -181,7 +181,7 @@ def slowed(time: float) -> float:
 
 
 @pytest.mark.parametrize("law", [DispersiveIdentification(), ModalMessengers()], ids=["general", "sketch"])
-def test_a_mass_on_love_s_rod_slows_as_the_transform_says(law: AbstractContactLaw) -> None:
+def test_a_mass_on_love_s_rod_slows_as_its_transform(law: AbstractContactLaw) -> None:
     trip = 2.0 * PIECE.length / PIECE.wave_speed
     seen = struck(law, 150, 1.2 * trip)
     # At once the face of a Love rod has the mass rho A nu r, which the first step gives the velocity of the hammer.
@@ -192,7 +192,7 @@ def test_a_mass_on_love_s_rod_slows_as_the_transform_says(law: AbstractContactLa
         assert float(seen.evaluate(place * trip, "velocity:hammer")) == pytest.approx(slowed(place * trip), abs=4e-3)
 
 
-def test_each_mode_s_messenger_tells_its_free_motion() -> None:
+def test_each_mode_s_messenger_gives_its_free_motion() -> None:
     t = np.linspace(0.0, 2e-4, 400)
     one, other = struck(ModalMessengers(), 30, 2e-4), struck(DispersiveIdentification(residual=False), 30, 2e-4)
     apart = one.evaluate(t, "position:hammer") - other.evaluate(t, "position:hammer")

@@ -142,7 +142,7 @@ def test_a_block_is_struck_as_by_the_effective_mass_of_the_slider() -> None:
     assert abs(errors[1]) < 0.5 * abs(errors[0])
 
 
-def test_a_block_is_struck_as_two_equations_say() -> None:
+def test_a_block_is_struck_as_two_equations_give() -> None:
     stiffness, start = 1e9, -2.0 * math.pi / 3.0
     face = 0.1 + R * math.cos(start)
 
