@@ -10,12 +10,11 @@ import pytest
 from selenium import webdriver
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
-from typer.testing import CliRunner
 
 from impactlab.bench.report.write import write_bench
-from impactlab.cli import app
 from tests.browser.support import console, faults, look, made_once, requests, show
 from tests.cases.support import CASES
+from tests.support import invoke
 from tests.unit.test_bench_report import HAND, written
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
@@ -32,7 +31,7 @@ COMMANDS = {
 def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     def make(folder: Path) -> None:
         for name, (command, case, *others) in COMMANDS.items():
-            written = CliRunner().invoke(app, [command, str(CASES / case), *others, "--out", str(folder / name)])
+            written = invoke(command, str(CASES / case), *others, "--out", str(folder / name))
             assert written.exit_code == 0, written.stderr
 
     folder = made_once(tmp_path_factory, "pages", make)
@@ -101,7 +100,7 @@ solve: {duration: 30 us, model: {kind: finite_element, elements: 50, mass: lumpe
 def contact_columns(browser, folder, case):
     """Return the places [px] of the lines of contacts in the diagram of a case's page."""
     (folder / "beads.yaml").write_text(case, encoding="utf-8")
-    written = CliRunner().invoke(app, ["run", str(folder / "beads.yaml"), "--out", str(folder / "out")])
+    written = invoke("run", str(folder / "beads.yaml"), "--out", str(folder / "out"))
     assert written.exit_code == 0, written.stderr
     show(browser, folder / "out" / "index.html")
     return browser.execute_script(
@@ -194,7 +193,7 @@ def test_a_reference_without_fields_is_not_the_first_picture(browser, tmp_path):
         "methods: {midpoint: {solve.integrator: {kind: midpoint}}}\n",
         encoding="utf-8",
     )
-    written = CliRunner().invoke(app, ["compare", str(tmp_path / "beam.yaml"), "--out", str(tmp_path / "out")])
+    written = invoke("compare", str(tmp_path / "beam.yaml"), "--out", str(tmp_path / "out"))
     assert written.exit_code == 0, written.stderr
     show(browser, tmp_path / "out" / "index.html")
     choice = browser.find_element(By.ID, "method")

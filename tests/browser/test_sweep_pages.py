@@ -12,12 +12,11 @@ from selenium import webdriver
 from selenium.webdriver.common.actions.action_builder import ActionBuilder
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
-from typer.testing import CliRunner
 
 import impactlab as il
-from impactlab.cli import app
 from tests.browser.support import console, faults, look, made_once, requests, show
 from tests.cases.support import CASES
+from tests.support import invoke
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 MASS, GAP = "bodies.hammer.mass", "contacts.0.gap"
@@ -38,7 +37,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     def make(folder: Path) -> None:
         for name, arguments in ARGUMENTS.items():
             case = str(CASES / "axial_impact.yaml")
-            written = CliRunner().invoke(app, ["sweep", case, *arguments, "--out", str(folder / name)])
+            written = invoke("sweep", case, *arguments, "--out", str(folder / name))
             assert written.exit_code == 0, written.stderr
 
     folder = made_once(tmp_path_factory, "sweep_pages", make)
@@ -79,7 +78,7 @@ def test_a_click_shows_the_point_and_its_command_repeats_it(pages, browser, monk
     assert float(impulse.split()[0]) == pytest.approx(point["impulse"].item(), rel=1e-5)
     command = shlex.split(browser.find_element(By.ID, "command").text)
     monkeypatch.chdir(CASES)
-    summary = json.loads(CliRunner().invoke(app, [*command[1:], "--json"]).stdout)
+    summary = json.loads(invoke(*command[1:], "--json").stdout)
     assert sum(span["impulse"] for span in summary["contacts"]) == point["impulse"].item()
     browser.find_element(By.ID, "copy").click()
     assert browser.find_element(By.ID, "copy").text == "Copied"

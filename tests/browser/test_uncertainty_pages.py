@@ -6,11 +6,10 @@ from pathlib import Path
 
 import pytest
 from selenium.webdriver.common.by import By
-from typer.testing import CliRunner
 
-from impactlab.cli import app
 from tests.browser.support import console, faults, requests, show
 from tests.cases.support import CASES
+from tests.support import invoke
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 VARY = ("--vary", "bodies.hammer.mass=normal(2.133 kg, 1 %)", "--vary", "bodies.hammer.velocity=uniform(0.9, 1.1)")
@@ -20,7 +19,7 @@ VARY = ("--vary", "bodies.hammer.mass=normal(2.133 kg, 1 %)", "--vary", "bodies.
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("page") / "out"
     case = ["uncertainty", str(CASES / "axial_impact.yaml"), "--method", "continuous", *VARY, "--samples", "64"]
-    written = CliRunner().invoke(app, [*case, "--quantities", "final_velocity,contacts", "--out", str(out)])
+    written = invoke(*case, "--quantities", "final_velocity,contacts", "--out", str(out))
     assert written.exit_code == 0, written.stderr
     return out / "index.html"
 

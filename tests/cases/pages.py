@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from impactlab.plugins import Entry, Registry, installed_entries
-
-DOCS = Path(__file__).parents[2] / "docs"
+from tests.support import DOCS
 
 
 class Page:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from functools import cache
-from pathlib import Path
 from typing import Any
 from unittest import mock
 
@@ -16,8 +15,8 @@ from impactlab.history import AbstractHistory
 from impactlab.refine.references.reference_record import Reference, physics_key
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
+from tests.support import CASES
 
-CASES = Path(__file__).parents[2] / "cases"
 NAMES = sorted(file.stem for file in CASES.glob("*.yaml"))
 # Seconds of predicted solving for references that only check methods of a mechanism, to 1e-3: what the file tells is
 # read from its method `fine`. That of the blows is known to 1e-5, as the page has it; all that a comparison may take

@@ -15,8 +15,8 @@ from ruamel.yaml import YAML
 import impactlab as il
 from impactlab import plugins
 from tests.cases.pages import Page
+from tests.support import ROOT
 
-ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 REST = {"solve": {"duration": 1e-4, "tolerance": 1e-2}}  # of an example that shows bodies and contacts alone
 BLOCK = re.compile(r"^```(yaml|python)\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)

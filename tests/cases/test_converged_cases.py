@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,8 +14,7 @@ import impactlab as il
 from impactlab import api
 from impactlab.refine.references import reference_record
 from impactlab.scene.method import Simulation
-
-CASES = Path(__file__).parents[2] / "cases"
+from tests.support import CASES
 
 
 @cache

@@ -12,10 +12,11 @@ import time
 from pathlib import Path
 from typing import Any
 
+from tests.support import ROOT
+
 HUNG_S = 20.0  # of the processor
 WAITING = 15.0  # times as long on the clock, where the machine is busy, or the process waits without end
 COMPILING_S = 120.0  # a first run compiles its law and its scheme
-ROOT = Path(__file__).resolve().parents[2]
 Row = dict[str, Any]
 
 

@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-CASES = Path(__file__).resolve().parents[2] / "cases"
+from tests.support import CASES
 
 NUMBERS: tuple[Any, ...] = (
     *(0, -1, 1, 2, 3, 0.5, -0.5, 0.1, 0.0, -0.0, 1e-12, 1e12, 1e-6, 1e6, -1e6),

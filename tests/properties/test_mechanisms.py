@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,8 @@ import pytest
 import impactlab as il
 from impactlab.history import AbstractHistory
 from tests.solving import run_case
+from tests.support import ROOT
 
-ROOT = Path(__file__).parents[2]
 ARM, CRANK = (il.load_case(ROOT / "cases" / f"{name}.yaml") for name in ("arm_on_stop", "slider_crank"))
 ROBOT, PRESS = "mechanisms.robot.links.0", "mechanisms.press.links.0"
 MIRRORED = {  # across the x axis

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,8 +14,8 @@ from impactlab.refine.references.reference_record import FULL_BUDGET_S, physics_
 from impactlab.report.summary import summarise
 from tests.reference.chains import document
 from tests.reference.test_mechanisms import BARS, TURNED, arm, double_pendulum, slider_crank
+from tests.support import CASES
 
-CASES = Path(__file__).parents[2] / "cases"
 TIGHT = 1e-10
 
 

@@ -6,7 +6,6 @@ import dataclasses
 import json
 import math
 import pickle
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -40,8 +39,8 @@ from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe,
 from impactlab.scene.method import Method, Simulation, StepRule, Tolerance
 from impactlab.simulate import run
 from impactlab.testing.scenes import simulation
+from tests.support import CASES
 
-CASES = Path(__file__).resolve().parents[2] / "cases"
 SEGMENT = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 TWO = (Segment(0.1, 9e-4, 2.1e11, 7900.0), Segment(0.2, 5e-4, 7e10, 2700.0))
 NONE = Rayleigh()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from pathlib import Path
 
 import pytest
 
@@ -13,10 +12,10 @@ from impactlab.derivatives.differences import differences
 from impactlab.sweeps.quantities import quantities_of
 from tests.reference.waves_mp import Struck, derivative, log_derivative
 from tests.solving import in_steps, mesh
+from tests.support import PAPER
 
 STRUCK = Struck(stiffness=20, gap="0.05", duration=2)
 MASS, GAP = "bodies.hammer.mass", "contacts.0.gap"
-PAPER = Path(__file__).parents[2] / "cases" / "axial_impact.yaml"
 COARSE = {"kind": "finite_element", "elements": 100, "mass": "lumped"}
 QUANTITIES = ("final_velocity", "first_opening", "impulse", "peak_force")
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,8 +21,8 @@ from impactlab.exact.solve import serves, solve
 from impactlab.history import AbstractHistory
 from impactlab.refine.references import reference
 from tests.solving import run_case
+from tests.support import CASES
 
-CASES = Path(__file__).parents[2] / "cases"
 HARD = {"kind": "addition_deletion"}
 CONCRETE = {"young": 40e9, "density": 2500.0}
 STEEL = {"young": 200e9, "density": 8000.0}  # c 5000 m/s

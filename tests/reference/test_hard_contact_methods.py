@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -41,6 +40,7 @@ from impactlab.scene import Mass, Rod, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
 from impactlab.testing.scenes import CLAMPED, FREE, STEEL, UNIT, in_a_row, mass_on_rod
+from tests.support import PAPER
 
 
 def paper(
@@ -311,12 +311,11 @@ def test_energy_that_a_scheme_damps_away_is_warned_of():
     assert "energy_loss" not in codes[0.5]
 
 
-CASE = Path(__file__).parents[2] / "cases" / "axial_impact.yaml"
 MESH = {"kind": "modal", "elements": 40, "order": 8}  # 320 coordinates, frequencies of the modes kept exact to 1e-9
 
 
 def summary_of(**model):
-    case = il.load_case(CASE).with_("contacts.0.law", kind="addition_deletion")
+    case = il.load_case(PAPER).with_("contacts.0.law", kind="addition_deletion")
     case = case.with_("solve.model", {**MESH, **model}).with_("solve.integrator", kind="exact_modal")
     case = case.with_("solve.events", "located").with_("solve.step", points_per_period=200)
     return il.compare(case, methods=["base"]).rows[0].summary

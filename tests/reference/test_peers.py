@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -35,8 +34,7 @@ from benchmarks.peers.cases import (
 )
 from benchmarks.peers.mesh import chain, modes, reduced
 from tests.reference.st_venant_mp import events
-
-ROOT = Path(__file__).parents[2]
+from tests.support import ROOT
 
 
 def solved(peer, case, **setting):

@@ -6,12 +6,10 @@ import json
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from impactlab.cli import app
+from tests.support import CASES, invoke
 from tests.unit.case_texts import PAPER as GOOD
 
-CASES = Path(__file__).resolve().parents[2] / "cases"
 BEAM = (
     "kind: beam\n    length: 1\n    section: {width: 1e-2, height: 1e-2}\n    material: {young: 2e11, density: 7900}\n"
 )
@@ -93,7 +91,7 @@ FILES = [
 
 def refused(arguments: list[str], words: str) -> None:
     """Check that a command line is refused with code 2, by a message that holds some words, and no traceback."""
-    answered = CliRunner().invoke(app, arguments)
+    answered = invoke(*arguments)
     message = answered.stderr.replace("\n", " ")
     assert answered.exit_code == 2, (answered.exit_code, message)
     assert words in message, message
@@ -121,7 +119,7 @@ def test_files_that_hold_no_case_are_refused(tmp_path: Path, name: str, text: st
 def test_the_good_file_is_accepted(tmp_path: Path) -> None:
     file = tmp_path / "good.yaml"
     file.write_text(GOOD, encoding="utf-8")
-    answered = CliRunner().invoke(app, ["check", str(file), "--json"])
+    answered = invoke("check", str(file), "--json")
     assert answered.exit_code == 0
     assert json.loads(answered.stdout)["methods"]["base"]["status"] == "accepted"
 
@@ -167,7 +165,7 @@ def test_the_limit_of_memory_can_be_raised(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setenv("IMPACTLAB_MEMORY", "1e9")
     refused(["check", str(file)], "solve.records: 1e+07 records of 9 numbers take about 1.44 GB. Allowed: 900 MB")
     monkeypatch.delenv("IMPACTLAB_MEMORY")
-    assert CliRunner().invoke(app, ["check", str(file)]).exit_code == 0
+    assert invoke("check", str(file)).exit_code == 0
 
 
 @pytest.mark.parametrize("name", ["a" * 3000, "a" * 3000 + ".yaml"])

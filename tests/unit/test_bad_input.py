@@ -9,10 +9,9 @@ import json
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from impactlab.cli import app
 from impactlab.errors import closest
+from tests.support import invoke
 from tests.unit.case_texts import PAPER
 
 MODES = PAPER.replace("finite_element, elements: 20", "modal, elements: 20, modes: 20")
@@ -220,7 +219,7 @@ def folder(tmp_path, monkeypatch):
 def refused(arguments: list[str], folder: Path) -> str:
     """Run a command that must be refused and return its message."""
     before = sorted(path.name for path in folder.rglob("*"))
-    result = CliRunner().invoke(app, [*arguments, "--out", "results"] if arguments[0] != "check" else arguments)
+    result = invoke(*([*arguments, "--out", "results"] if arguments[0] != "check" else arguments))
     assert result.exit_code == 2, result.output
     assert "Traceback" not in result.output
     assert result.stdout == ""
@@ -388,7 +387,7 @@ def test_fault_in_a_method_names_the_line_of_the_method(folder):
 
 def test_failure_as_json_is_one_document(folder):
     (folder / "case.yaml").write_text(GOOD.replace("length: 0.3", "length: -0.3"))
-    result = CliRunner().invoke(app, ["run", "case.yaml", "--json", "--out", "results"])
+    result = invoke("run", "case.yaml", "--json", "--out", "results")
     assert result.exit_code == 2
     document = json.loads(result.stdout)
     assert document["schema_version"] == 1

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 import impactlab as il
 from impactlab.casefile.edit import read_setting
 from impactlab.errors import CaseError, ImpactlabError, PairingError
 from impactlab.scene.method import laws_of
+from tests.support import PAPER
 
-AXIAL = Path(__file__).resolve().parents[2] / "cases" / "axial_impact.yaml"
 CASE = """\
 schema_version: 1
 title: a ball on a wall
@@ -102,14 +100,14 @@ def test_an_explicit_step_is_refused_for_a_stiff_khulief_shabana_spring(tmp_path
 @pytest.mark.parametrize(("given", "taken"), [("0", "0"), ("-1", "-1"), ("1.0", "1"), ('"-1"', "-1")])
 def test_a_word_that_is_a_whole_number_may_be_given_as_one(given: str, taken: str) -> None:
     """'0 is not allowed here. Allowed: 1, 0, -1'."""
-    case = il.load_case(AXIAL).with_settings([read_setting(f"contacts.0.law={{kind: nitsche, theta: {given}}}")])
+    case = il.load_case(PAPER).with_settings([read_setting(f"contacts.0.law={{kind: nitsche, theta: {given}}}")])
     assert laws_of(*case.simulation())[0].theta == taken
 
 
 @pytest.mark.parametrize("given", ["0.5", "2", "true", "1.0000001"])
 def test_another_number_is_no_such_word(given: str) -> None:
     with pytest.raises(CaseError, match="Allowed: 1, 0, -1"):
-        il.load_case(AXIAL).with_settings([read_setting(f"contacts.0.law={{kind: nitsche, theta: {given}}}")])
+        il.load_case(PAPER).with_settings([read_setting(f"contacts.0.law={{kind: nitsche, theta: {given}}}")])
 
 
 @pytest.mark.parametrize(("key", "value"), [("gap", 1e-6), ("overlap", "allowed"), ("pieces", 3)])

@@ -10,8 +10,8 @@ from impactlab import CaseError, ImpactlabError, load_case, run
 from impactlab.bench.cells import case_files, cells, laws_left_out
 from impactlab.bench.grid import BUILT_IN, Family, chosen, of_suite, own_families, read_grid
 from impactlab.scene.method import laws_of
+from tests.support import CASES
 
-CASES = Path(__file__).resolve().parents[2] / "cases"
 PAPER, PILE = CASES / "axial_impact.yaml", CASES / "ram_cushion_pile.yaml"
 
 GRID = """

@@ -15,8 +15,8 @@ from impactlab.bench.keys import content, digest, row_key
 from impactlab.casefile import Case
 from impactlab.jobs import sources
 from impactlab.jobs.sources import sources_hash
+from tests.support import CASES
 
-CASES = Path(__file__).resolve().parents[2] / "cases"
 TEXT = (CASES / "axial_impact.yaml").read_text()
 SETTINGS: dict[str, Any] = {"solve.model": {"kind": "modal", "modes": 5}}
 

@@ -14,7 +14,8 @@ from typing import Any
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.support import ROOT
+
 CASES = [str(ROOT / "cases" / "axial_impact.yaml")]
 METHODS = "exact,central_difference,own"
 OF_TIME = ("repeats", "setup_s", "setup_spread_s", "solve_s", "solve_spread_s")

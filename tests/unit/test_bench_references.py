@@ -14,8 +14,8 @@ from impactlab.bench.cells import Job
 from impactlab.bench.grid import read_grid
 from impactlab.bench.run import Options, bench
 from impactlab.jobs.process_pool import Outcome
+from tests.support import PAPER
 
-PAPER = Path(__file__).resolve().parents[2] / "cases" / "axial_impact.yaml"
 GRID = """
 schema_version: 1
 families:

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
 from impactlab.bench.report import pages
 from impactlab.bench.report.automatic import automatic_sheet, choices
@@ -35,9 +34,9 @@ from impactlab.bench.report.summary_sheets import excluded, ranking_sheet, winne
 from impactlab.bench.report.views import BOTH, NORMS, SceneRows, error, gathered
 from impactlab.bench.report.write import write_bench
 from impactlab.bench.schema import FIELDS, Row
-from impactlab.cli import app
 from impactlab.errors import CaseError
 from impactlab.report.output import DRAFT, new_draft
+from tests.support import invoke
 from tests.unit.test_report import Links
 
 ENDED = {
@@ -587,16 +586,16 @@ def test_a_figure_of_a_table_without_times_shows_errors_over_steps_with_the_name
 def test_the_command_draws_a_report_from_a_table_alone(tmp_path: Path) -> None:
     table = written(tmp_path, HAND[:1])
     out = tmp_path / "new" / "report"
-    done = CliRunner().invoke(app, ["bench", "--from", str(table), "--out", str(out), "--json"])
+    done = invoke("bench", "--from", str(table), "--out", str(out), "--json")
     assert done.exit_code == 0
     assert json.loads(done.stdout)["report"] == str(out / "index.html")
     assert (out / "index.html").exists()
     for name in ("nothing.csv", "."):  # what is not there, and what is no file
         asked = ["bench", "--from", str(tmp_path / name), "--out", str(tmp_path / "a" / "b")]
-        none = CliRunner().invoke(app, asked)
+        none = invoke(*asked)
         assert none.exit_code == 2
         assert str(tmp_path / name) in none.stderr
         assert not (tmp_path / "a").exists()
-    wrong = CliRunner().invoke(app, ["bench", "--from", str(out / "index.html"), "--out", str(out)])
+    wrong = invoke("bench", "--from", str(out / "index.html"), "--out", str(out))
     assert wrong.exit_code == 2
     assert "is not the table of a bench" in wrong.stderr

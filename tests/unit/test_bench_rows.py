@@ -23,8 +23,8 @@ from impactlab.casefile import Case
 from impactlab.errors import StepError
 from impactlab.history import Cost
 from impactlab.plugins import LAWS, Registry, registry
+from tests.support import CASES
 
-CASES = Path(__file__).resolve().parents[2] / "cases"
 MODAL = {"solve.model": {"kind": "modal", "modes": 8}, "solve.integrator": {"kind": "exact_modal"}}
 
 

@@ -19,8 +19,8 @@ from impactlab import CaseError
 from impactlab.bench import worker
 from impactlab.cli import app
 from impactlab.jobs.process_pool import outcomes
+from tests.support import ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 PAPER = ROOT / "cases" / "axial_impact.yaml"
 
 LAWS = '''

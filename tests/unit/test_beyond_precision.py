@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,8 @@ from impactlab import simulate
 from impactlab.errors import CaseError
 from impactlab.scene.precision import check_finite, in_precision
 from impactlab.scene.ranges import RANGES
+from tests.support import CASES
 
-CASES = Path(__file__).resolve().parents[2] / "cases"
 PENALTY = ("contacts.0.law", {"kind": "penalty", "stiffness": 1e9})
 FREE = ("bodies.rod.ends.right", "free")
 MODES = ("solve.model", {"kind": "modal", "elements": 50, "modes": 20})

@@ -8,22 +8,16 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
 import impactlab as il
 from impactlab import api
-from impactlab.cli import app
 from impactlab.refine import choice
 from impactlab.refine.convergence import Level, Study
 from impactlab.refine.ladder import not_run
+from tests.support import CASES, invoke
 
-CASES = Path(__file__).parents[2] / "cases"
 PAPER = str(CASES / "axial_impact.yaml")
 HERTZ = ["--set", "contacts.0.law={kind: hertz, stiffness: 1.0e+11}", "--set", "snapshots=[]", "--set", "probes=[]"]
-
-
-def invoke(*arguments: str):
-    return CliRunner().invoke(app, list(arguments))
 
 
 def test_choose_prints_the_ladder_for_people():

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from impactlab.casefile import load_case
 from impactlab.casefile.listing import listing
 from impactlab.cite import bibtex, cite, entries, source_key
 from impactlab.plugins import registry
-
-CASES = Path(__file__).parents[2] / "cases"
+from tests.support import CASES
 
 KEYS = {
     "Bathe1982", "CourantFriedrichsLewy1928", "EscalonaMayoDominguez1999", "Goldsmith1960",

@@ -11,20 +11,15 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 from impactlab import __version__, api, drilling, granular, piling
 from impactlab.casefile import load_case
-from impactlab.cli import app, quotes_for
+from impactlab.cli import quotes_for
 from impactlab.errors import CaseError, ImpactlabError, StepError
 from impactlab.report import output
+from tests.support import ROOT, invoke
 
-ROOT = Path(__file__).parents[2]
 AXIAL = str(ROOT / "cases" / "axial_impact.yaml")
-
-
-def invoke(*arguments: str):
-    return CliRunner().invoke(app, list(arguments))
 
 
 def test_help_answers_at_once():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,13 +9,13 @@ import pytest
 import impactlab as il
 from impactlab.errors import CaseError
 from impactlab.simulate import run
+from tests.support import PAPER
 
-CASE = Path(__file__).parents[2] / "cases" / "axial_impact.yaml"
 MODES = {"kind": "modal", "elements": 40, "modes": 40, "basis": {"kind": "ritz"}}
 
 
 def case(theta: str, model: dict[str, Any], step: dict[str, float]) -> il.casefile.Case:
-    made = il.load_case(CASE).with_("snapshots", []).with_("probes", []).with_("solve.model", {"kind": "continuous"})
+    made = il.load_case(PAPER).with_("snapshots", []).with_("probes", []).with_("solve.model", {"kind": "continuous"})
     made = made.with_("solve.model", model).with_("contacts.0.law", {"kind": "nitsche", "theta": theta})
     return made.with_("solve.integrator", {"kind": "central_difference"}).with_("solve.step", step)
 

@@ -38,6 +38,7 @@ from impactlab.simulate import run
 from impactlab.testing.scenes import CLAMPED, FREE, UNIT, in_a_row, simulation
 from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start
 from tests.solving import in_steps, mesh, run_case, struck_rod
+from tests.support import codes
 
 
 def mass_on_wall(
@@ -60,10 +61,6 @@ def rod_between_walls(law: AbstractContactLaw, integrator: AbstractIntegrator, m
 
 def velocity(history: AbstractHistory) -> float:
     return float(history.evaluate(history.duration, "velocity:m"))
-
-
-def codes(history: AbstractHistory) -> set[str]:
-    return {warning.code for warning in history.warnings}
 
 
 @pytest.mark.parametrize("end", [None, End("mass", 10.0)])

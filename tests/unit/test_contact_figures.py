@@ -6,16 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import impactlab as il
-from impactlab.cli import app
 from impactlab.history.base import AbstractHistory
 from impactlab.report import page_figures
 from impactlab.report.figures import overview, plots, signals
 from impactlab.report.figures.named_contacts import MAX_FIGURES, view_of, with_figures, words_on_figures
 from impactlab.report.figures.style import LABEL, MAX_LABELS, PALETTE, Trace, labelled, traces
 from tests.solving import in_steps
+from tests.support import invoke
 
 PILE = Path(__file__).parents[2] / "cases" / "smith_pile.yaml"
 COARSE = {"kind": "finite_element", "elements": 40, "mass": "lumped"}
@@ -147,7 +146,7 @@ def test_a_few_contacts_all_have_figures(pile: AbstractHistory) -> None:
 def test_a_page_of_many_contacts_names_the_file_of_the_others(tmp_path: Path) -> None:
     file = tmp_path / "chain.yaml"
     file.write_text(chain_of(20).to_yaml(), encoding="utf-8")
-    done = CliRunner().invoke(app, ["run", str(file), "--out", str(tmp_path / "out")])
+    done = invoke("run", str(file), "--out", str(tmp_path / "out"))
     assert done.exit_code == 0, done.output
     page = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
     assert "12 of 20: the first, the last and those of the largest force between; history.npz has all" in page

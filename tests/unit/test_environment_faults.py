@@ -15,11 +15,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from impactlab.cli import app
 from impactlab.report import output
 from tests.fuzz.fuzz import processor_s
+from tests.support import invoke
 from tests.unit.test_kernel_cache import KERNELS
 
 CASE = """\
@@ -116,7 +115,7 @@ def test_no_home_and_no_place_for_a_cache(case: Path) -> None:
 
 @pytest.mark.slow
 def test_a_locale_changes_numbers_or_ends_the_run(case: Path) -> None:
-    plain = json.loads(CliRunner().invoke(app, ["run", str(case), "--json"]).stdout)
+    plain = json.loads(invoke("run", str(case), "--json").stdout)
     for locale in ("POSIX", "tr_TR.UTF-8"):  # C is another name of POSIX; in Turkish 0,5 is a half and i has no dot
         done = impactlab("run", str(case), "--json", LC_ALL=locale, PYTHONIOENCODING="ascii:strict", PYTHONUTF8="0")
         finished(done)

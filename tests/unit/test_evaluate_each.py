@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,8 +13,8 @@ import impactlab as il
 from impactlab.errors import ImpactlabError
 from impactlab.numerics.interpolation import interpolated
 from impactlab.numerics.slopes import slopes
+from tests.support import CASES
 
-CASES = Path(__file__).resolve().parents[2] / "cases"
 RUNS = [  # a mesh, modes with a compliant law, a delay line, exact waves, links that pull, a chain, a mechanism
     ("axial_impact", "penalty"),
     ("rod_on_beam", ""),

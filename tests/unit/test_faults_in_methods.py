@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from typer.testing import CliRunner
-
-from impactlab.cli import app
+from tests.support import invoke
 from tests.unit.case_texts import PAPER
 
 METHODS = """\
@@ -24,7 +22,7 @@ def test_check_names_file_and_line_of_unknown_keys_in_methods(tmp_path: Path) ->
     file = tmp_path / "case.yaml"
     file.write_text(PAPER + METHODS, encoding="utf-8")
     first = PAPER.count("\n") + 1
-    found = CliRunner().invoke(app, ["check", str(file)])
+    found = invoke("check", str(file))
     assert found.exit_code == 2
     assert (
         f"method misspelt: {file}:{first + 4}: contacts.0.law.stifness: the key 'stifness' is not known" in found.stderr

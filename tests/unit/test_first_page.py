@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 import impactlab as il
+from tests.support import ROOT
 
-ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 

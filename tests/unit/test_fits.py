@@ -13,13 +13,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import impactlab as il
-from impactlab.cli import app
 from impactlab.errors import CaseError
 from impactlab.fits.model import Means
 from impactlab.fits.trials import MarchedMeans
+from tests.support import invoke
 
 FORCE = "force:hammer|rod.left"
 MASS, YOUNG = "bodies.hammer.mass", "bodies.rod.material.young"
@@ -162,7 +161,7 @@ def test_the_command_reads_a_table_and_writes_a_case_that_runs(cushioned, tmp_pa
     data.write_text("\n".join(["time [us], force [kN]", *rows]), encoding="utf-8")
     arguments = ["fit", str(case), str(data), "--signal", f"force [kN]={FORCE}"]
     arguments += ["--parameters", f"{STIFFNESS}=5e7:8e8", "--out", str(tmp_path / "out"), "--json"]
-    done = CliRunner().invoke(app, arguments)
+    done = invoke(*arguments)
     assert done.exit_code == 0, done.output
     document = json.loads((tmp_path / "out" / "fit.json").read_text())
     fitted = il.load_case(tmp_path / "out" / "fitted.yaml")
@@ -240,7 +239,7 @@ def test_the_page_runs_in_both_forms(monkeypatch, tmp_path):
     Path("data.csv").write_text("\n".join(["time [us], force [kN]", *rows]), encoding="utf-8")
     made = []
     for command in re.findall(r"^impactlab (fit .*)$", page, re.MULTILINE):
-        done = CliRunner().invoke(app, shlex.split(command))
+        done = invoke(*shlex.split(command))
         assert done.exit_code == 0, done.output
         made.append(json.loads(Path("out", "fit.json").read_text())["parameters"])
     rows = next(each for each in made if "bootstrap" in each[0]["intervals"])

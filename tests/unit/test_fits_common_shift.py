@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import impactlab as il
-from impactlab.cli import app
 from impactlab.fits.problem import Problem
+from tests.support import invoke
 
 YOUNG, MASS = "bodies.bar.material.young", "bodies.mass.mass"
 BOUNDS = {YOUNG: (1.5e11, 3e11), MASS: (0.1, 1.0)}
@@ -91,8 +90,8 @@ def test_the_command_takes_it(case, tmp_path, monkeypatch):
     ]
     (tmp_path / "data.csv").write_text("\n".join(["time [s],near [1],far [1]", *rows]))
     signals = ["--signal", "near [1]=strain:bar@0.2", "--signal", "far [1]=strain:bar@0.8"]
-    result = CliRunner().invoke(
-        app, ["fit", "bar.yaml", "data.csv", *signals, "--parameters", f"{YOUNG}=1.5e11:3e11", "--shift", "common"]
+    result = invoke(
+        "fit", "bar.yaml", "data.csv", *signals, "--parameters", f"{YOUNG}=1.5e11:3e11", "--shift", "common"
     )
     assert result.exit_code == 0, result.output
     assert "shift of all signals" in result.stdout

@@ -9,14 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import impactlab as il
-from impactlab.cli import app
 from impactlab.errors import CaseError
 from impactlab.fits.correlation import correlations
 from impactlab.fits.filters import LowPass
 from impactlab.fits.model import Means
+from tests.support import invoke
 
 pytestmark = pytest.mark.usefixtures("_no_figures")
 
@@ -236,7 +235,7 @@ def test_the_command_takes_experiments_instruments_and_a_bandwidth(case, tmp_pat
         "--out",
         str(tmp_path / "out"),
     ]
-    done = CliRunner().invoke(app, arguments)
+    done = invoke(*arguments)
     assert done.exit_code == 0, done.output
     rows = {row["path"]: row for row in json.loads((tmp_path / "out" / "fit.json").read_text())["parameters"]}
     assert rows[STIFFNESS]["value"] == pytest.approx(2e8, rel=0.02)
@@ -301,8 +300,8 @@ def test_bad_data_are_refused_before_the_first_run(case, tmp_path, monkeypatch, 
     monkeypatch.setattr("impactlab.simulate.driver.run", None)  # a run would fail
     given = {"--signal": f"force [kN]={FORCE}", "--parameters": f"{STIFFNESS}=5e7:8e8", **options}
     words = [word for pair in given.items() for word in pair]
-    done = CliRunner().invoke(
-        app, ["fit", str(tmp_path / "case.yaml"), str(tmp_path / "data.csv"), *words, "--out", str(tmp_path / "out")]
+    done = invoke(
+        "fit", str(tmp_path / "case.yaml"), str(tmp_path / "data.csv"), *words, "--out", str(tmp_path / "out")
     )
     assert done.exit_code == 2, done.output
     assert said in " ".join(done.output.split())

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import impactlab as il
-from impactlab.cli import app
+from tests.support import invoke
 
 pytestmark = pytest.mark.usefixtures("_no_figures")
 
@@ -75,7 +74,7 @@ def test_the_file_of_draws_is_one_of_points(fitted, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     fitted.write("out")
     arguments = ["sweep", "out/fitted.yaml", "--points", "out/draws.csv", "--quantities", "peak_force", "--json"]
-    result = CliRunner().invoke(app, [*arguments, "--set", f"{VELOCITY}=2 m/s"])
+    result = invoke(*arguments, "--set", f"{VELOCITY}=2 m/s")
     assert result.exit_code == 0, result.output
     heads, first = (tmp_path / "out" / "draws.csv").read_text().splitlines()[:2]
     assert heads == f"{STIFFNESS} [N/m],{MASS} [kg]"

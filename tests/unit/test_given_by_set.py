@@ -8,15 +8,13 @@ import math
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 import impactlab as il
 from impactlab.casefile.edit import in_order, read_setting
 from impactlab.casefile.settings import load_with_settings
-from impactlab.cli import app
 from impactlab.errors import CaseError, ImpactlabError
+from tests.support import PAPER, invoke
 
-AXIAL = Path(__file__).resolve().parents[2] / "cases" / "axial_impact.yaml"
 SEVERAL = """\
 schema_version: 1
 bodies:
@@ -38,7 +36,7 @@ solve: {duration: 3, integrator: {kind: newmark, beta: -1}}
 def refusal(setting: str) -> ImpactlabError:
     """Return the error of the paper's case with one setting of the command line."""
     with pytest.raises(ImpactlabError) as caught:
-        il.load_case(AXIAL).with_settings([read_setting(setting)], by="--set")
+        il.load_case(PAPER).with_settings([read_setting(setting)], by="--set")
     return caught.value
 
 
@@ -65,7 +63,7 @@ def test_the_wrong_key_is_named_and_no_line_of_the_file(setting: str, path: str,
     error = refusal(setting)
     assert (error.path, error.line, error.given_by) == (path, None, "--set")
     assert text in error.text
-    assert str(error).startswith(f"{AXIAL}, given by --set: {path}: ")
+    assert str(error).startswith(f"{PAPER}, given by --set: {path}: ")
 
 
 def test_a_missing_mass_is_named_once(tmp_path: Path) -> None:
@@ -77,7 +75,7 @@ def test_a_missing_mass_is_named_once(tmp_path: Path) -> None:
 
 
 def test_a_value_of_the_file_keeps_its_line_beside_a_setting() -> None:
-    case = il.load_case(AXIAL).with_settings([read_setting("gravity=0.0")], by="--set")
+    case = il.load_case(PAPER).with_settings([read_setting("gravity=0.0")], by="--set")
     error = case.place(CaseError("wrong", path="bodies.hammer.mass"))
     assert error.line is not None
     assert error.given_by == ""
@@ -93,7 +91,7 @@ def test_a_value_of_the_file_keeps_its_line_beside_a_setting() -> None:
 def test_check_lists_all_faults_of_a_file_at_once(tmp_path: Path, text: str, paths: tuple[str, ...]) -> None:
     file = tmp_path / "bad.yaml"
     file.write_text(text, encoding="utf-8")
-    answered = CliRunner().invoke(app, ["check", str(file)])
+    answered = invoke("check", str(file))
     assert answered.exit_code == 2
     for path in paths:
         assert f"{path}: " in answered.stderr
@@ -126,7 +124,7 @@ def test_check_lists_each_of_several_wrong_probes_once(tmp_path: Path) -> None:
         "solve: {duration: 1e-3}\n",
         encoding="utf-8",
     )
-    answered = CliRunner().invoke(app, ["check", str(file)])
+    answered = invoke("check", str(file))
     lines = [line for line in answered.stderr.splitlines() if f"{file}:" in line]
     assert len(lines) == 3, lines  # the gap and two probes
     assert "Also " not in answered.stderr
@@ -137,7 +135,7 @@ def test_a_lone_surrogate_is_refused_with_its_place(tmp_path: Path) -> None:
     file.write_text(
         '{"schema_version": 1, "title": "\\ud800", "bodies": {}, "solve": {"duration": 1}}', encoding="utf-8"
     )
-    answered = CliRunner().invoke(app, ["check", str(file)])
+    answered = invoke("check", str(file))
     assert answered.exit_code == 2
     assert "title: '\\ud800' contains an incomplete Unicode character (lone surrogate)" in answered.stderr
 
@@ -165,7 +163,7 @@ def test_the_order_of_settings_has_no_effect(settings: tuple[str, ...], shown: s
     found = []
     for order in itertools.permutations(settings):
         given = [part for setting in order for part in ("--set", setting)]
-        done = CliRunner().invoke(app, ["check", str(AXIAL), "--json", *given])
+        done = invoke("check", str(PAPER), "--json", *given)
         assert done.exit_code == 0, done.output
         found.append(json.loads(done.stdout))
     assert all(each == found[0] for each in found)
@@ -218,9 +216,7 @@ solve: {duration: 0.1 ms, tolerance: 1e-3}
 def test_a_setting_that_takes_the_place_of_a_tolerance_is_named(settings, named, tmp_path):
     """The error is not bounded any more: the user of the file may not know."""
     (tmp_path / "case.yaml").write_text(WITH_TOLERANCE, encoding="utf-8")
-    result = CliRunner().invoke(
-        app, ["check", str(tmp_path / "case.yaml"), *(w for s in settings for w in ("--set", s))]
-    )
+    result = invoke("check", str(tmp_path / "case.yaml"), *(w for s in settings for w in ("--set", s)))
     assert result.exit_code == 0
     notes = [line for line in result.stderr.splitlines() if line.startswith("note: ")]
     expected = [f"note: --set {named} takes the place of solve.tolerance 0.001: "] if named else []
@@ -236,7 +232,7 @@ def test_a_setting_that_takes_the_place_of_a_tolerance_is_named(settings, named,
     ],
 )
 def test_a_value_of_an_option_is_not_attributed_to_a_function_of_python(words: list[str], option: str) -> None:
-    result = CliRunner().invoke(app, words)
+    result = invoke(*words)
     assert result.exit_code == 2
     assert f"given by {option}: " in result.output
     assert "with_()" not in result.output
@@ -252,7 +248,7 @@ def test_a_value_of_an_option_is_not_attributed_to_a_function_of_python(words: l
     ],
 )
 def test_a_number_of_an_unknown_body_is_refused_by_the_name_of_the_body(words: list[str]) -> None:
-    result = CliRunner().invoke(app, words)
+    result = invoke(*words)
     assert result.exit_code == 2
     assert "bodies.hamer.mass: the case has no body 'hamer'. Did you mean 'hammer'?" in result.output
     assert "Bodies of this case: hammer, rod." in result.output
@@ -292,7 +288,7 @@ def replaced(tmp_path: Path) -> str:
 )
 def test_faults_of_values_that_are_replaced_are_no_faults(replaced: str, options: tuple[str, ...]) -> None:
     """The file was refused before any value was put in place."""
-    answered = CliRunner().invoke(app, ["check", replaced, "--json", *options])
+    answered = invoke("check", replaced, "--json", *options)
     assert answered.exit_code == 0, answered.output
     hammer = json.loads(answered.stdout)["resolved"]["bodies"]["hammer"]
     assert hammer == {"kind": "mass", "mass": 2.0, "velocity": 2.0 if "fast" in options else 1.0}
@@ -306,13 +302,13 @@ def test_faults_of_values_that_a_method_replaces_are_no_faults(
     """Without ``--set`` the case as written was checked, and refused."""
     file = tmp_path / "replaced.yaml"
     file.write_text(REPLACED.replace("mass: -2.133", "mass: 2.133"), encoding="utf-8")
-    assert CliRunner().invoke(app, [command, str(file)]).exit_code == 2
-    answered = CliRunner().invoke(app, [command, str(file), "--json", *options])
+    assert invoke(command, str(file)).exit_code == 2
+    answered = invoke(command, str(file), "--json", *options)
     assert answered.exit_code == 0, answered.output
 
 
 def test_faults_beside_replaced_values_are_refused_with_their_lines(replaced: str) -> None:
-    answered = CliRunner().invoke(app, ["check", replaced, *MASS])
+    answered = invoke("check", replaced, *MASS)
     assert answered.exit_code == 2
     assert "replaced.yaml:6: contacts.0.law.kind: 'penalti' is not a contact law" in answered.stderr
     assert "replaced.yaml:7: solve.tolerance: 3 is out of range" in answered.stderr
@@ -322,21 +318,21 @@ def test_faults_beside_replaced_values_are_refused_with_their_lines(replaced: st
 def test_a_method_of_a_faulty_block_of_methods_is_refused_by_the_fault(tmp_path: Path) -> None:
     file = tmp_path / "bad.yaml"
     file.write_text(REPLACED.replace("soft: {contacts.0.law:", "soft: 3, hard: {contacts.0.law:"), encoding="utf-8")
-    answered = CliRunner().invoke(app, ["check", str(file), *MASS, "--method", "soft"])
+    answered = invoke("check", str(file), *MASS, "--method", "soft")
     assert answered.exit_code == 2
     assert "bad.yaml:8: methods.soft: " in answered.stderr
 
 
 def test_a_method_with_settings_is_measured_against_the_laws_as_written() -> None:
     """Its own penalty must not be the reference of a method, where the law as written is a hard contact."""
-    case, _ = load_with_settings(AXIAL, [("bodies.hammer.mass", 2.0)], method="penalty")
+    case, _ = load_with_settings(PAPER, [("bodies.hammer.mass", 2.0)], method="penalty")
     assert case.written is not None
     assert {type(law).__name__ for law in case.written.laws.values()} == {"WaveIdentification"}
 
 
 def test_values_inside_a_method_and_a_variant_are_set_before_they_are_chosen(tmp_path: Path) -> None:
     """They had no effect on the run with that method, and `compare` refused the method: its duration was missing."""
-    text = AXIAL.read_text(encoding="utf-8") + "variants:\n  heavy: {bodies.hammer.mass: 4.0}\n"
+    text = PAPER.read_text(encoding="utf-8") + "variants:\n  heavy: {bodies.hammer.mass: 4.0}\n"
     file = tmp_path / "case.yaml"
     file.write_text(text, encoding="utf-8")
     settings = [
@@ -363,16 +359,16 @@ def test_values_inside_a_method_and_a_variant_are_set_before_they_are_chosen(tmp
 
 def test_a_value_of_a_body_that_is_not_there_names_the_nearest_one() -> None:
     """``bodies.hamer.mass=1`` was asked for a kind."""
-    case = il.load_case(AXIAL)
+    case = il.load_case(PAPER)
     for change in (
-        lambda: load_with_settings(AXIAL, [("bodies.hamer.mass", 1.0)]),
+        lambda: load_with_settings(PAPER, [("bodies.hamer.mass", 1.0)]),
         lambda: case.with_("bodies.hamer.mass", 1.0),
     ):
         with pytest.raises(CaseError, match=r"no body 'hamer'\. Did you mean 'hammer'\?"):
             change()
     other = [("bodies.other.mass", 1.0), ("bodies.other.kind", "mass")]
     for made in (
-        load_with_settings(AXIAL, other)[0],
+        load_with_settings(PAPER, other)[0],
         case.with_settings(other[::-1]),
         case.with_("bodies.other", kind="mass", mass=1.0),
     ):

@@ -16,7 +16,6 @@ from impactlab.contact.penalty import Penalty
 from impactlab.contact.velocity_complementarity import VelocityComplementarity
 from impactlab.errors import StepError
 from impactlab.exact.solve import solve
-from impactlab.history import AbstractHistory
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.integrators.moreau_jean import MoreauJean
@@ -27,6 +26,7 @@ from impactlab.models.modal import Modal
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
 from impactlab.testing.scenes import UNIT, mass_on_rod
+from tests.support import codes
 
 HARD = Path(__file__).resolve().parents[2] / "cases" / "hard"
 
@@ -39,10 +39,6 @@ def struck(law: Any, model: Any, mass: float = 0.5, speed: float = 1.0, **more: 
 
 def hard_case(name: str, variant: str = "base") -> Case:
     return il.load_case(HARD / f"{name}.yaml").variant(variant)
-
-
-def codes(history: AbstractHistory) -> set[str]:
-    return {warned.code for warned in history.warnings}
 
 
 def test_a_light_mass_pressed_by_gravity_hung_the_exact_solver() -> None:

@@ -6,10 +6,10 @@ import shlex
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 from impactlab.cli import app
 from impactlab.cli.new_cases import new
+from tests.support import invoke
 
 ON_STARTER = ("run", "compare", "sweep", "check", "cite")  # commands whose data is the case alone, and quick
 
@@ -26,5 +26,5 @@ def examples() -> list[list[str]]:
 def test_an_example_works_on_the_starter(words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     new("my_case", "hammer")
-    result = CliRunner().invoke(app, words)
+    result = invoke(*words)
     assert result.exit_code == 0, result.output

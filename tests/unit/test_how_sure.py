@@ -13,15 +13,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.stats import t as student
-from typer.testing import CliRunner
 
 import impactlab as il
-from impactlab.cli import app
 from impactlab.fits.bootstrap import block_length, bootstrap
 from impactlab.fits.identifiable import named, powers, short_names
 from impactlab.fits.loss import Loss
 from impactlab.fits.model import Means
 from impactlab.fits.profiles import profile
+from tests.support import invoke
 
 FORCE = "force:hammer|rod.left"
 MASS, VELOCITY = "bodies.hammer.mass", "bodies.hammer.velocity"
@@ -318,7 +317,7 @@ def test_the_page_has_its_parts_and_its_command_repeats_the_fit(cushioned, tmp_p
         f"{STIFFNESS}=5e7:8e8",
     ]
     command += ["--parameters", f"{MASS}=1 kg:4 kg", "--intervals", "profile,bootstrap", "--resamples", "60"]
-    done = CliRunner().invoke(app, [*command, "--out", "out"])
+    done = invoke(*command, "--out", "out")
     assert done.exit_code == 0, done.output
     page = Parts((tmp_path / "out" / "fit.html").read_text(encoding="utf-8"))
     assert page.figures == ["signals", "autocorrelation", "profiles", "correlations"]
@@ -327,7 +326,7 @@ def test_the_page_has_its_parts_and_its_command_repeats_the_fit(cushioned, tmp_p
     for address in page.addresses:
         assert address.startswith(("data:", "#")) or (tmp_path / "out" / address).exists(), address
     again = shlex.split(page.command.replace("DIR", "again"))
-    assert CliRunner().invoke(app, again[1:]).exit_code == 0
+    assert invoke(*again[1:]).exit_code == 0
     first, second = (json.loads(Path(name, "fit.json").read_text())["parameters"] for name in ("out", "again"))
     assert first == second
     with Path("out", "parameters.csv").open(newline="") as stream:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,8 +17,8 @@ from impactlab.refine.descriptions.suitable import for_choice
 from impactlab.scene import Beam, BeamSegment, End
 from impactlab.scene.method import Tolerance
 from impactlab.scene.recent import Recent
+from tests.support import CASES
 
-CASES = Path(__file__).parents[2] / "cases"
 SEGMENT = BeamSegment(length=1.0, area=3e-4, inertia=8e-9, young=2.1e11, density=7850.0)
 
 

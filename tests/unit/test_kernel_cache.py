@@ -18,8 +18,8 @@ import pytest
 
 from impactlab import __version__
 from impactlab.numerics.cache import KernelFile, fingerprint, folder_of
+from tests.support import ROOT
 
-ROOT = Path(__file__).parents[2]
 KERNELS = """
 import numpy as np
 from impactlab.numerics.compiling import ENTRY, HELPER, PART

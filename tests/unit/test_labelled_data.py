@@ -12,10 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray
-from typer.testing import CliRunner
 
 import impactlab as il
-from impactlab.cli import app
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.files import open_netcdf, read_netcdf, write_netcdf, write_tables
 from impactlab.history import AbstractHistory, sampling
@@ -23,8 +21,7 @@ from impactlab.history.sampled import SampledHistory
 from impactlab.history.sampling import file_times, frame_times, page_times
 from impactlab.metrics.collisions import collisions
 from impactlab.scene.method import Simulation
-
-CASES = Path(__file__).parents[2] / "cases"
+from tests.support import CASES, invoke
 
 
 def ran(name: str, method: str = "base", **settings: Any) -> AbstractHistory:
@@ -297,7 +294,7 @@ def files_of(folder: Path) -> dict[str, bytes]:
 def test_a_file_opened_again_gives_the_same_page(tmp_path: Path, case: list[str]) -> None:
     command = ["run", str(CASES / f"{case[0]}.yaml"), *case[1:], "--out", str(tmp_path / "run")]
     for arguments in (command, ["report", str(tmp_path / "run" / "history.nc"), "--out", str(tmp_path / "again")]):
-        done = CliRunner().invoke(app, arguments)
+        done = invoke(*arguments)
         assert done.exit_code == 0, done.output
     one, other = files_of(tmp_path / "run"), files_of(tmp_path / "again")
     assert one.keys() == other.keys()
@@ -309,10 +306,10 @@ def test_a_file_opened_again_gives_the_same_page(tmp_path: Path, case: list[str]
 
 def test_a_file_without_texts_gives_a_page(tmp_path: Path, struck: AbstractHistory) -> None:
     struck.to_netcdf(tmp_path / "run.nc")
-    done = CliRunner().invoke(app, ["report", str(tmp_path / "run.nc"), "--out", str(tmp_path / "page")])
+    done = invoke("report", str(tmp_path / "run.nc"), "--out", str(tmp_path / "page"))
     assert done.exit_code == 0, done.output
     assert "Axial impact of a rigid mass" in (tmp_path / "page" / "index.html").read_text(encoding="utf-8")
-    missing = CliRunner().invoke(app, ["report", str(tmp_path / "none.nc"), "--out", str(tmp_path / "page")])
+    missing = invoke("report", str(tmp_path / "none.nc"), "--out", str(tmp_path / "page"))
     assert missing.exit_code == 2
     assert "there is no file" in missing.output
 

@@ -5,13 +5,12 @@ import re
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import impactlab as il
-from impactlab.cli import app
 from impactlab.exact.results.history import ContinuousHistory
 from impactlab.metrics.linear_theory import moves_of_beam, strain_of_beam, strain_of_rod
 from tests.solving import in_steps, mesh
+from tests.support import invoke
 
 STEPPED = [
     {"length": 0.2, "diameter": 0.025, "material": "steel"},
@@ -255,5 +254,5 @@ def test_a_beam_that_bends_far_is_warned_of_at_small_strains():
 def test_materials_of_unit_constants_have_no_limit():
     """Benchmarks with E = rho = 1 strain by as much as their authors chose."""
     for name in ("bouncing_bar", "periodic_bar", "hopkinson_ring_up"):
-        done = CliRunner().invoke(app, ["run", f"cases/{name}.yaml", "--json"])
+        done = invoke("run", f"cases/{name}.yaml", "--json")
         assert "large_strain" not in [each["code"] for each in json.loads(done.stdout)["warnings"]]

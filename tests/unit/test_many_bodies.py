@@ -7,13 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import impactlab as il
 from impactlab.api import reference_of
 from impactlab.casefile import build
 from impactlab.casefile import case as case_module
-from impactlab.cli import app
 from impactlab.errors import CaseError
 from impactlab.exact.setup.build import junctions
 from impactlab.history.frame import frames, groups
@@ -24,6 +22,7 @@ from impactlab.report.figures.stage import layout
 from impactlab.report.figures.style import Trace
 from impactlab.simulate.plan import prepare
 from tests.solving import in_steps, mesh
+from tests.support import invoke
 
 N = 250
 TEXT = f"""
@@ -48,7 +47,7 @@ def chain() -> il.Case:
 def test_a_run_of_many_bodies_is_summed_up(tmp_path: Path) -> None:
     file = tmp_path / "many.yaml"
     file.write_text(TEXT, encoding="utf-8")
-    result = CliRunner().invoke(app, ["run", str(file), "--out", str(tmp_path / "out")])
+    result = invoke("run", str(file), "--out", str(tmp_path / "out"))
     assert result.exit_code == 0, result.output
     assert len(result.output.splitlines()) < 60
     assert f"... {N + 1 - 7} more bodies, position " in result.output
@@ -94,10 +93,10 @@ def test_a_large_case_is_not_checked_in_silence(
 def test_check_prints_a_few_of_many_contacts(tmp_path: Path) -> None:
     file = tmp_path / "many.yaml"
     file.write_text(TEXT, encoding="utf-8")
-    result = CliRunner().invoke(app, ["check", str(file)])
+    result = invoke("check", str(file))
     assert f"... {N - 7} more (all of them: --json), bead_{N - 2}|bead_{N - 1}" in result.output
     assert max(map(len, result.output.splitlines())) < 200
-    document = json.loads(CliRunner().invoke(app, ["check", str(file), "--json"]).output)
+    document = json.loads(invoke("check", str(file), "--json").output)
     assert len(document["resolved"]["derived"]["contacts"]) == N
 
 
@@ -184,12 +183,12 @@ def test_the_table_of_a_sweep_of_a_chain_is_cut_on_the_screen(tmp_path):
     )
     path.write_text(case.to_yaml(), encoding="utf-8")
     arguments = ["sweep", str(path), "--over", "contacts.0.law.stiffness=5e9,7e9"]
-    whole = CliRunner().invoke(app, [*arguments, "--quantities", "peak_force,final_velocity"])
+    whole = invoke(*arguments, "--quantities", "peak_force,final_velocity")
     assert whole.exit_code == 0
     assert " ... " in whole.stdout
     assert "status" in whole.stdout
     assert "64 columns; --quantities names fewer" in whole.stderr  # the axis, 30 forces, 31 velocities, status, reason
-    few = CliRunner().invoke(app, [*arguments, "--quantities", "energy_gain"])
+    few = invoke(*arguments, "--quantities", "energy_gain")
     assert " ... " not in few.stdout
     assert "columns" not in few.stderr
 

@@ -15,15 +15,12 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
-from typer.testing import CliRunner
 
 import impactlab as il
-from impactlab.cli import app
 from impactlab.errors import ImpactlabError
 from impactlab.history.base import ContactSpan
 from impactlab.report.figures import animation, film_files
-
-CASES = Path(__file__).parents[2] / "cases"
+from tests.support import CASES, invoke
 
 
 class Outline(HTMLParser):
@@ -287,7 +284,7 @@ def test_a_run_without_fields_is_filmed_with_its_forces(case: il.Case) -> None:
 def test_the_command_writes_a_film(tmp_path: Path) -> None:
     out = tmp_path / "waves.gif"
     given = ["animate", str(CASES / "axial_impact.yaml"), "--method", "continuous", "-o", str(out), "--seconds", "0.5"]
-    done = CliRunner().invoke(app, given)
+    done = invoke(*given)
     assert done.exit_code == 0, done.output
     with Image.open(out) as film:
         assert film.n_frames == 8
@@ -306,7 +303,7 @@ def test_films_that_cannot_be_written_are_refused_before_the_run(
     tmp_path: Path, name: str, text: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(film_files.shutil, "which", lambda program: None)
-    done = CliRunner().invoke(app, ["animate", str(CASES / "axial_impact.yaml"), "-o", str(tmp_path / name)])
+    done = invoke("animate", str(CASES / "axial_impact.yaml"), "-o", str(tmp_path / name))
     assert done.exit_code == 2
     assert text in done.output
 
@@ -336,7 +333,7 @@ def test_commands_print_notes_on_likely_mistakes(tmp_path: Path, command: str) -
         "--set",
         "bodies.rod.material.young=210",
     ]
-    done = CliRunner().invoke(app, given)
+    done = invoke(*given)
     assert done.exit_code == 0
     assert "axial_impact.yaml: bodies.rod.material: the wave speed is 0.163 m/s" in done.stderr
 

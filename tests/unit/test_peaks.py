@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -11,8 +9,8 @@ import impactlab as il
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.peaks import find_peak, peak_force
 from tests.solving import run_case
+from tests.support import CASES
 
-CASES = Path(__file__).resolve().parents[2] / "cases"
 ROUND_TRIP = 2.0 / 5188.7  # s, of a rod of 1 m
 
 

@@ -9,6 +9,7 @@ import pytest
 
 import impactlab as il
 from impactlab.history.base import AbstractHistory
+from tests.support import codes
 
 AREA, YOUNG, DENSITY = 9e-4, 2.1e11, 7900.0
 FORCE = "force:rod@0.15"
@@ -39,10 +40,6 @@ def struck(model: dict[str, Any], integrator: str, courant: float, striker: floa
             }
         )
     )
-
-
-def codes(history: AbstractHistory) -> set[str]:
-    return {warned.code for warned in history.warnings}
 
 
 @pytest.mark.parametrize("integrator", ["newmark", "midpoint", "contact_stabilised_newmark"])

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 import impactlab as il
 from impactlab import api
-from impactlab.cli import app
 from impactlab.metrics import force_graphs, norms
 from impactlab.refine.references import outlook, reference, reference_record
 from impactlab.report import console, run_report, summary
+from tests.support import CASES, invoke
 
-CASES = Path(__file__).parents[2] / "cases"
 HERTZ = ("contacts.0.law", {"kind": "hertz", "stiffness": 1e11})
 DAMPED = ("bodies.rod.damping", {"mass": 3000.0})
 
@@ -159,10 +156,10 @@ def test_the_command_line_names_the_reference_of_the_errors(tmp_path):
     case = tmp_path / "damped.yaml"
     case.write_text(text, encoding="utf-8")
     settings = ["--set", "bodies.rod.damping.stiffness=1e-5", "--set", "snapshots=[]"]
-    plain = CliRunner().invoke(app, ["run", str(case), *settings])
+    plain = invoke("run", str(case), *settings)
     assert plain.exit_code == 0
     assert "errors    not computed; --reference computes it, about " in plain.output
-    asked = CliRunner().invoke(app, ["run", str(case), *settings, "--reference"])
+    asked = invoke("run", str(case), *settings, "--reference")
     assert asked.exit_code == 0
     assert "against a converged solution (known to " in asked.output
 
@@ -178,8 +175,6 @@ def test_the_content_of_a_scene_names_its_physics_only():
 def test_a_report_is_drawn_against_a_converged_reference(tmp_path):
     """With snapshots, too: a converged answer has no fields at any place, so these stand without it."""
     case = ["--set", "contacts.0.law={kind: hertz, stiffness: 1.0e+11}"]
-    left = CliRunner().invoke(
-        app, ["run", str(CASES / "axial_impact.yaml"), *case, "--reference", "--out", str(tmp_path / "out")]
-    )
+    left = invoke("run", str(CASES / "axial_impact.yaml"), *case, "--reference", "--out", str(tmp_path / "out"))
     assert left.exit_code == 0
     assert "the converged solution" in (tmp_path / "out" / "index.html").read_text(encoding="utf-8")

@@ -1,14 +1,12 @@
 """Pages of the reference that the site makes from the code: fields of records with their units, commands."""
 
 import re
-from pathlib import Path
 
 import pytest
 import typer
 
 from impactlab.cli import app
-
-DOCS = Path(__file__).parents[2] / "docs"
+from tests.support import DOCS
 
 
 @pytest.fixture

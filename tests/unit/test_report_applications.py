@@ -12,8 +12,7 @@ import impactlab as il
 from impactlab.report import facts
 from impactlab.report.figures import applications
 from impactlab.report.figures.style import PALETTE, Trace
-
-CASES = Path(__file__).parents[2] / "cases"
+from tests.support import CASES
 
 
 def traced(name: str, **changes: object) -> tuple[il.Case, Trace]:

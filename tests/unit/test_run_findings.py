@@ -1,19 +1,16 @@
 """The sentences at the top of the page of one run."""
 
-from pathlib import Path
-
 import impactlab as il
 from impactlab import api
 from impactlab.report.console import summary_text
 from impactlab.report.facts import table_caption
 from impactlab.report.run_report import findings
-
-CASE = Path(__file__).parents[2] / "cases" / "axial_impact.yaml"
+from tests.support import PAPER
 
 
 def said(method: str) -> str:
     """Return the sentences of a run by a method of the paper's case."""
-    case = il.load_case(CASE).method(method)
+    case = il.load_case(PAPER).method(method)
     return " ".join(findings(api.summarised(case, il.run(case))[0]))
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import warnings
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,8 +15,7 @@ from impactlab.errors import CaseError, PluginError
 from impactlab.metrics.collisions import MAX_PAIRS, agreement_texts
 from impactlab.report.figures.signals import panels
 from impactlab.report.figures.style import Trace
-
-CASES = Path(__file__).parents[2] / "cases"
+from tests.support import CASES
 
 
 def test_a_table_in_milliseconds_without_a_unit_has_a_hint(tmp_path) -> None:

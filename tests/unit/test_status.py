@@ -24,8 +24,7 @@ from impactlab.report import console
 from impactlab.report.comparison import table
 from impactlab.report.summary import summarise
 from impactlab.simulate import driver
-
-CASES = Path(__file__).parents[2] / "cases"
+from tests.support import CASES
 
 CASE = """
 schema_version: 1

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,8 +13,8 @@ import impactlab as il
 from impactlab.report.figures.style import PALETTE
 from impactlab.sweeps.plots import EDGES, HATCH
 from impactlab.sweeps.value_names import MAX_LETTERS, words_of
+from tests.support import CASES
 
-CASES = Path(__file__).parents[2] / "cases"
 HERTZ, SOFT = {"kind": "hertz", "stiffness": 1e9}, {"kind": "hertz", "stiffness": 1e8}
 PENALTY = {"kind": "penalty", "stiffness": 1e7}
 MASS, LAW = "bodies.ball.mass", "contacts.0.law"

@@ -14,14 +14,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import impactlab as il
-from impactlab.cli import app
 from impactlab.errors import ExtraError, SweepError
 from impactlab.jobs.files import locked
 from impactlab.sweeps import axes, chunks, counts, engines, points, result, run, shards
 from tests.cases.support import CASES
+from tests.support import invoke
 
 pytestmark = pytest.mark.usefixtures("_no_figures")
 
@@ -38,7 +37,7 @@ def case() -> il.Case:
 
 
 def invoked(arguments: list[str], out: Path):
-    return CliRunner().invoke(app, ["sweep", str(PAPER), "--method", "continuous", *arguments, "--out", str(out)])
+    return invoke("sweep", str(PAPER), "--method", "continuous", *arguments, "--out", str(out))
 
 
 @pytest.fixture

@@ -18,18 +18,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import impactlab as il
-from impactlab.cli import app
 from impactlab.contact.penalty import Penalty
 from impactlab.metrics.collisions import collisions
 from impactlab.plugins import LAWS, QUANTITIES, Entry, Registry, registry
 from impactlab.sweeps import axes, axis_texts, chunks, counts, engines, points, run
 from impactlab.sweeps.quantities import contact_loss, quantities_of, values
 from tests.solving import in_steps
+from tests.support import PAPER, invoke
 
-PAPER = Path(__file__).parents[2] / "cases" / "axial_impact.yaml"
 MASS, GAP = "bodies.hammer.mass", "contacts.0.gap"
 
 
@@ -322,7 +320,7 @@ def test_the_page_runs_as_printed(monkeypatch, capsys):
     strains = np.sqrt(2 * 9.81 * names["height"]) / np.sqrt(2.1e11 / 7900)
     shares = 1.0 + np.exp(-1.0) + np.exp(-2.0)
     np.testing.assert_allclose(names["largest"], strains * shares, rtol=1e-9)
-    result = CliRunner().invoke(app, shlex.split(command)[1:])
+    result = invoke(*shlex.split(command)[1:])
     assert (result.exit_code, "hammer|rod.left" in result.stdout) == (0, True)
     assert set(registry().names(QUANTITIES)) == set(re.findall(r"`(\w+)`", PAGE.partition("## Quantities")[2])) & set(
         registry().names(QUANTITIES)
@@ -366,7 +364,7 @@ def test_a_killed_sweep_goes_on_and_gives_the_same_bits(tmp_path, case, monkeypa
 def test_a_sweep_without_a_folder_prints_its_rows_as_json():
     arguments = ["--over", f"{MASS}=1,2", "--quantities", "impulse,first_opening", "--json"]
     short = ["--set", "solve.duration.round_trips=1"]  # the contact does not open
-    result = CliRunner().invoke(app, ["sweep", str(PAPER), "--method", "continuous", *arguments, *short])
+    result = invoke("sweep", str(PAPER), "--method", "continuous", *arguments, *short)
     first, second = json.loads(result.stdout)["rows"]
     assert first[f"{MASS} [kg]"] == 1.0
     assert first["impulse of hammer|rod.left [N s]"] == pytest.approx(1.0 - np.exp(-2.0 * 2.133), rel=1e-9)
@@ -380,7 +378,7 @@ def test_workers_give_the_bits_of_one_process_and_the_command_the_same_file(case
     alone = il.sweep(case, {MASS: masses}, quantities=["impulse"])
     assert alone.equals(il.sweep(case, {MASS: masses}, quantities=["impulse"], workers=2))
     arguments = ["--over", f"{MASS}=1:2:7", "--quantities", "impulse", "--out", str(tmp_path / "s"), "--json"]
-    result = CliRunner().invoke(app, ["sweep", str(PAPER), "--method", "continuous", *arguments])
+    result = invoke("sweep", str(PAPER), "--method", "continuous", *arguments)
     assert json.loads(result.stdout) == {"schema_version": 1, "points": 7, "status": {"completed": 7}}
     kept = il.open_sweep(tmp_path / "s")
     assert alone.equals(kept)

@@ -13,10 +13,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import impactlab as il
-from impactlab.cli import app
+from tests.support import invoke
 
 pytestmark = pytest.mark.usefixtures("_no_figures")
 
@@ -110,7 +109,7 @@ def test_the_command_line_takes_extremes(tmp_path: Path) -> None:
     file.write_text(case().to_yaml(), encoding="utf-8")
     name = f"max(strain:rod@{AT})"
     given = ["sweep", str(file), "--over", f"{VELOCITY}=1,2", "--quantities", f"contacts,{name}", "--out", str(out)]
-    result = CliRunner().invoke(app, given)
+    result = invoke(*given)
     assert result.exit_code == 0, result.output
     with (out / "table.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))

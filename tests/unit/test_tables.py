@@ -1,7 +1,6 @@
 """Compiled functions of a table of arrays are called as they were compiled: all tables of a kind have one form."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +11,8 @@ from impactlab.simulate.plan import prepare
 from impactlab.simulate.stepping.loop import advance_dated, start
 from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.types import Array
+from tests.support import CASES
 
-CASES = Path(__file__).parents[2] / "cases"
 ARM, SPHERE = "two_link_arm", "sphere_on_beam"
 
 

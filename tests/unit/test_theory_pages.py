@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.support import ROOT
+
 PACKAGE, REFINE = ROOT / "impactlab", Path("refine")
 PAGES = {page.stem: page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs" / "theory").glob("*.md"))}
 WITH_CHECKS = sorted(name for name, text in PAGES.items() if "```python" in text)

@@ -10,16 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.stats
-from typer.testing import CliRunner
 
 import impactlab as il
-from impactlab.cli import app
 from impactlab.sweeps import engines, points
 from impactlab.uncertainties import statistics
 from impactlab.uncertainties.design import SCRAMBLINGS, design
 from impactlab.uncertainties.distributions import read_uncertain, read_vary
 from impactlab.uncertainties.records import Estimate, Share, least_certain
 from tests.cases.support import CASES
+from tests.support import invoke
 
 MASS, SPEED, GAP = "bodies.hammer.mass", "bodies.hammer.velocity", "contacts.0.gap"
 
@@ -241,7 +240,7 @@ def no_run(monkeypatch):
 def test_bad_input_is_refused_with_path_and_remedy_and_nothing_is_written(vary, options, path, words, tmp_path, no_run):
     out = tmp_path / "out"
     arguments = ["uncertainty", str(CASES / "axial_impact.yaml"), "--method", "continuous", "--vary", vary, *options]
-    found = CliRunner().invoke(app, [*arguments, "--out", str(out), "--json"])
+    found = invoke(*arguments, "--out", str(out), "--json")
     assert found.exit_code == 2
     fault = json.loads(found.stdout)["error"]
     assert words in fault["text"]

@@ -6,22 +6,19 @@ import json
 import math
 import re
 import shlex
-from pathlib import Path
 from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
 import scipy.stats
-from typer.testing import CliRunner
 
 import impactlab as il
-from impactlab.cli import app
 from impactlab.sweeps import chunks, counts
+from tests.support import ROOT, invoke
 
 pytestmark = pytest.mark.slow  # batches and tangents take most of a minute each to compile
 
-ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "uncertainty.md").read_text(encoding="utf-8")
 MASS, SPEED, AREA, YOUNG = (
     "bodies.hammer.mass",
@@ -251,7 +248,7 @@ def test_both_forms_of_the_page_give_its_numbers(monkeypatch, tmp_path, capsys):
     names: dict[str, Any] = {}
     exec(first.replace('"exit_velocity.png"', repr(str(tmp_path / "exit_velocity.png"))), names)
     printed = capsys.readouterr().out
-    result = CliRunner().invoke(app, shlex.split(command)[1:])
+    result = invoke(*shlex.split(command)[1:])
     assert (result.exit_code, result.stdout) == (0, printed)
     found, probability = names["found"], names["found"].probability(2)
     page = " ".join(PAGE.split())

@@ -6,13 +6,10 @@ import json
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from impactlab.cli import app
 from impactlab.startup import wall_time
 from impactlab.startup.wall_time import STAGES, WallTime, spent_on
-
-CASES = Path(__file__).parents[2] / "cases"
+from tests.support import CASES, invoke
 
 
 @pytest.fixture
@@ -56,17 +53,17 @@ def test_without_a_stopwatch_nothing_is_timed() -> None:
 
 def test_a_run_reports_where_all_its_time_goes(tmp_path: Path) -> None:
     case = ["run", str(CASES / "axial_impact.yaml"), "--method", "continuous"]
-    text = CliRunner().invoke(app, case)
+    text = invoke(*case)
     assert text.exit_code == 0
     line = next(line for line in text.output.splitlines() if line.startswith("  wall time "))
-    spent = json.loads(CliRunner().invoke(app, [*case, "--json"]).stdout)["cost"]["wall_time"]
+    spent = json.loads(invoke(*case, "--json").stdout)["cost"]["wall_time"]
     assert set(spent) <= set(STAGES)
     assert {"reading", "checking", "set-up", "solving", "checks", "reference", "writing"} <= set(spent)
     assert all(seconds >= 0.0 for seconds in spent.values())
     whole = float(line.split()[2])
     parts = [float(part.rsplit(" ", 1)[1]) for part in line.partition(": ")[2].split(", ")]
     assert whole == pytest.approx(sum(parts), abs=0.006)  # each is rounded to 1 ms
-    CliRunner().invoke(app, [*case, "--out", str(tmp_path / "out")])
+    invoke(*case, "--out", str(tmp_path / "out"))
     kept = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["cost"]["wall_time"]
     assert {"solving", "reference"} <= set(kept)
 
