@@ -131,16 +131,10 @@ def test_errors_outside_the_equation_take_other_runs():
     assert math.isinf(one_run.error_alone(history, coarse))
 
 
-def test_a_run_whose_steps_are_not_all_recorded_states_no_error():
-    asked = struck(Hertz(1e9), PINNED, 0.15, 1e-6)
-    history = run(*asked.but(records=200))
-    assert not records_of(history).of_every_step
-    assert math.isinf(one_run.error_alone(history, asked))
-
-
-def test_a_run_whose_steps_are_cut_at_events_states_no_error():
-    asked = struck(Hertz(1e9), PINNED, 0.15, 1e-5)
-    history = run(*asked.but(events="located"))
+@pytest.mark.parametrize(("dt", "settings"), [(1e-6, {"records": 200}), (1e-5, {"events": "located"})])
+def test_a_run_without_a_record_of_every_whole_step_states_no_error(dt, settings):
+    asked = struck(Hertz(1e9), PINNED, 0.15, dt)
+    history = run(*asked.but(**settings))
     assert not records_of(history).of_every_step
     assert math.isinf(one_run.error_alone(history, asked))
 
