@@ -10,8 +10,8 @@ from impactlab.bench.report.sheets import DASH, Sheet, headings, milliseconds, s
 from impactlab.bench.report.views import BOTH, MAX_UNCERTAINTY, SceneRows, error
 from impactlab.bench.schema import Row
 
-KEPT, MISSED, DECLINED, LOST, UNJUDGED = "kept", "missed", "declined", "failed", "not judged"
-ORDER = (MISSED, LOST, DECLINED, UNJUDGED, KEPT)  # of the rows of the table
+KEPT, MISSED, DECLINED, LOST, UNCERTAIN = "kept", "missed", "declined", "failed", "uncertain"
+ORDER = (MISSED, LOST, DECLINED, UNCERTAIN, KEPT)  # of the rows of the table
 MAX_RATIO = 2.0  # time of a chosen run over the fastest, above which it is counted as costly
 MAX_CHOOSING = 10.0  # times its own run that a choice may take
 
@@ -34,8 +34,8 @@ def choices(scenes: Sequence[SceneRows]) -> list[ChosenRun]:
 
 
 def _choice(row: Row, scene: SceneRows) -> ChosenRun:
-    asked, measured = row.tolerance_asked, error(row, BOTH, scene)
-    rival = best(scene, BOTH, asked) if asked is not None else None
+    tolerance, measured = row.tolerance_asked, error(row, BOTH, scene)
+    rival = best(scene, BOTH, tolerance) if tolerance is not None else None
     ratio = over(row.solve_s or None, None if rival is None else rival.solve_s)
     return ChosenRun(
         scene.name, row, measured, _verdict(row, scene, measured), rival, ratio, over(row.choosing_s, row.solve_s)
@@ -48,7 +48,7 @@ def _verdict(row: Row, scene: SceneRows, measured: float | None) -> str:
     if not row.completed:
         return LOST
     if measured is None or row.tolerance_asked is None or scene.uncertainty > MAX_UNCERTAINTY * row.tolerance_asked:
-        return UNJUDGED
+        return UNCERTAIN
     return KEPT if measured <= row.tolerance_asked else MISSED
 
 
@@ -71,14 +71,15 @@ def automatic_sheet(scenes: Sequence[SceneRows]) -> Sheet:
         for each in found
     )
     heads = headings(
-        *("scene", "asked", "promise", "measured", "expected", "chosen", "time [ms]", "× best", "best"),
+        *("scene", "tolerance", "outcome", "measured", "expected", "chosen", "time [ms]", "× best", "best"),
         "choosing [× time]",
-        text=("scene", "promise", "chosen", "best"),
+        text=("scene", "outcome", "chosen", "best"),
     )
     note = (
-        "Asked: tolerance on displacement and impulse; measured and expected: the larger error of both. × best: time "
+        "Tolerance: on displacement and impulse; measured and expected: the larger error of both. × best: time "
         "to solve over that of the fastest method of the grid that meets the tolerance, named beside it. Choosing: "
-        "time to choose over time to solve. Declined: the choice reported that it cannot promise the tolerance."
+        "time to choose over time to solve. Declined: the choice reported that it cannot meet the tolerance. "
+        "Uncertain: the reference is not known to a third of the tolerance."
     )
     wrong = frozenset(i for i, each in enumerate(found) if each.verdict in (MISSED, LOST))
     return Sheet("automatic", "The automatic choice", note, heads, rows, wrong=wrong)
@@ -99,9 +100,9 @@ def choice_words(scenes: Sequence[SceneRows]) -> list[str]:
     compared = [each for each in found if each.verdict in (KEPT, MISSED)]
     missed = [each for each in found if each.verdict == MISSED]
     if not compared:
-        return ["No run of the automatic choice could be judged."]
+        return ["No run of the automatic choice has a reference that is certain enough."]
     words = [
-        f"The automatic choice kept its tolerance in {len(compared) - len(missed)} of {len(compared)} judged runs."
+        f"The automatic choice kept its tolerance in {len(compared) - len(missed)} of {len(compared)} compared runs."
     ]
     if missed:
         named = ", ".join(f"{each.scene} at {short(each.row.tolerance_asked)}" for each in missed)

@@ -44,7 +44,7 @@ class Sheet(NamedTuple):
     headings: tuple[Heading, ...]
     rows: tuple[tuple[str, ...], ...]
     marked: frozenset[tuple[int, int]] = frozenset()  # (row, column) of the best values
-    wrong: frozenset[int] = frozenset()  # rows with a broken promise
+    wrong: frozenset[int] = frozenset()  # rows that miss their tolerance
 
     @property
     def grouped(self) -> list[tuple[str, int]]:

@@ -26,7 +26,7 @@ def winners(scenes: Sequence[SceneRows]) -> Sheet:
         cells = [scene.name, milliseconds(exact.solve_s if exact else None)]
         for tolerance in TOLERANCES:
             certain = comparable([scene], BOTH, tolerance).scenes
-            cells.append(_winner(scene, tolerance) if certain else "not judged")
+            cells.append(_winner(scene, tolerance) if certain else "uncertain")
         rows.append(tuple(cells))
     columns = [f"fastest with steps, time in ms: {power(t)}" for t in TOLERANCES]
     heads = headings("scene", "exact [ms]", *columns, text=("scene", *map(power, TOLERANCES)))
@@ -127,7 +127,7 @@ def certainty(scenes: Sequence[SceneRows]) -> Sheet:
     )
     note = (
         "The uncertainty of a reference is relative; no error is counted as smaller, and a tolerance less than three "
-        "times as large is not judged. The spread of a time is how far the median of its repeats lies above their "
+        "times as large is not compared. The spread of a time is how far the median of its repeats lies above their "
         "minimum, which is the time in all tables: smaller differences are noise."
     )
     return Sheet("certainty", "Uncertainty of references and times", note, heads, tuple(rows))
