@@ -107,6 +107,6 @@ def code_of(error: BaseException) -> int:
 
 
 def print_hints(case: Case) -> None:
-    """Print on standard error the values of a case that may be slips."""
+    """Print on standard error the values of a case that may be mistakes."""
     for hint in case.hints:
         console.say(f"{case.file}: {hint}")

@@ -59,7 +59,7 @@ MAX_SPECIMEN = 0.5  # m, length of a specimen between bars
 YIELD_STRAINS = Range(1e-6, 1.0)  # stress over Young's modulus at which solids yield, from lead to rubber, with room
 MAX_STRAIN = 0.5  # full scale, or noise, of a strain gauge; gauges break below 0.2
 G = 9.81  # m/s2, of weights that soil bears
-MIN_SAMPLES = 20  # of a table of force over time that is checked for a slip of units
+MIN_SAMPLES = 20  # of a table of force over time that is checked for a mistake of units
 MIN_REACHED = 5  # of these, within the run: of fewer the times are taken for ms
 BENDING = Range(1e-40, 1e40)  # N m2
 # Ratio of impedances, and of travel times, of two pieces of one body: their waves meet to rounding.

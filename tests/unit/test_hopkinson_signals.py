@@ -1,4 +1,4 @@
-"""Hopkinson signals as a laboratory has them: echoes of far ends, offsets, units; values that may be a slip."""
+"""Hopkinson signals as a laboratory has them: echoes of far ends, offsets, units; values that may be mistakes."""
 
 from __future__ import annotations
 

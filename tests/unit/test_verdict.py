@@ -279,7 +279,7 @@ def test_a_law_that_gains_more_than_it_declares_is_refused_with_the_bound_to_dec
     assert "Law 'spring' must report the energy that it stores as `stored`, and declare" in failed_run.value.remedy
 
 
-def test_slips_of_a_first_law_are_named(found):
+def test_mistakes_of_a_first_law_are_named(found):
     """They were an AttributeError of impactlab's own code, a line of numba's, or options without effect."""
     with pytest.raises(PluginError, match=r"write needs = frozenset\(\{Level.POSITION\}\)"):
         verdict("needless", found)
@@ -318,7 +318,7 @@ def test_a_model_that_is_too_soft_is_found(found):
     }
 
 
-def test_slips_of_a_first_model_are_named(found):
+def test_mistakes_of_a_first_model_are_named(found):
     """They were an AttributeError of impactlab's own code and matrices that are not positive definite."""
     assert "`build` returned None, and no AbstractDiscreteModel" in failed(verdict("empty", found)).values()
     with pytest.raises(PluginError, match="`build` of model 'empty' returned None"):

@@ -1,4 +1,4 @@
-"""Slips of a first use: units, names and directions that run but cannot be meant, and pages of their results."""
+"""Mistakes of a first use: units, names and directions that run but cannot be meant, and pages of their results."""
 
 from __future__ import annotations
 
@@ -152,10 +152,10 @@ def test_a_hammer_that_moves_away_is_named_and_not_the_duration_alone() -> None:
         assert drilling.blow(away).work == 0.0
 
 
-@pytest.mark.parametrize("slip", [{"density": 8.0}, {"wave_speed": 5.0}])
-def test_a_bar_in_other_units_is_unusual(slip) -> None:
+@pytest.mark.parametrize("mistake", [{"density": 8.0}, {"wave_speed": 5.0}])
+def test_a_bar_in_other_units_is_unusual(mistake) -> None:
     with pytest.warns(il.UnusualValue, match="those of solids lie between"):
-        hopkinson.Bar(**({"diameter": "20 mm", "wave_speed": 5000.0, "density": 8000.0} | slip))
+        hopkinson.Bar(**({"diameter": "20 mm", "wave_speed": 5000.0, "density": 8000.0} | mistake))
 
 
 @pytest.mark.parametrize(("wave_speed", "density"), [(5000.0, 7850.0), (1700.0, 1190.0), (1400.0, 1140.0)])

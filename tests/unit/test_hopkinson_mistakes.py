@@ -1,4 +1,4 @@
-"""Slips of a laboratory that the signals of gauges show: polarity, triggers, exchanged gauges, offsets, late starts."""
+"""Mistakes of a laboratory that signals of gauges show: polarity, triggers, exchanged gauges, offsets, late starts."""
 
 from __future__ import annotations
 
