@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 import impactlab as il
 from tests.cases import beam_modes
 from tests.cases.beam_modes import Impact, impact, modes, struck
-from tests.cases.promises import when_largest
+from tests.cases.known_numbers import when_largest
 from tests.cases.support import case_of, exact
 
 E, RHO, SIDE, SPEED = 2.157463e11, 7960.0, 0.01, 0.01  # of Timoshenko's spheres and beams

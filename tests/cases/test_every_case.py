@@ -19,7 +19,7 @@ from impactlab.scene.method import laws_of
 from impactlab.scene.problem import Contact
 from studies import cases as study
 from studies.pages import DOCS, same_to_printed_digits
-from tests.cases.promises import PROMISES
+from tests.cases.known_numbers import KNOWN
 from tests.cases.same_bits import bits, bits_of, rewritten, shuffled
 from tests.cases.support import CASES, NAMES, case_of, compared, is_measured, labels, mechanical, rows
 
@@ -41,7 +41,7 @@ def of_links(history: AbstractHistory) -> Iterator[tuple[Contact, float]]:
 
 
 def test_no_case_is_forgotten() -> None:
-    assert set(PROMISES) == set(LABELS)
+    assert set(KNOWN) == set(LABELS)
     read = [(name, variant) for name in NAMES for variant in case_of(name).variant_names]
     assert list(LABELS) == [name if variant == "base" else f"{name}/{variant}" for name, variant in read]
     assert len(NAMES) >= 16
@@ -65,14 +65,14 @@ def test_the_numbers_in_the_file_are_those_of_the_reference(label: str) -> None:
     text = (CASES / f"{label.partition('/')[0]}.yaml").read_text(encoding="utf-8")
     head = text[: text.index("schema_version")]
     history, trip = answer(label), case_of(label).scene().round_trip
-    assert PROMISES[label]
-    for promise in PROMISES[label]:
-        assert re.search(rf"(?<![0-9.]){re.escape(promise.text)}(?![0-9])", head), promise.text
-        unit = trip if promise.unit == "T" else float(promise.unit)
-        seen = promise.reading(history) / unit
-        digits = len(promise.text.partition(".")[2])
-        within = 1e-9 if "/" in promise.text else 0.5 * 10.0**-digits * (1.0 + 1e-6)
-        assert seen == pytest.approx(float(Fraction(promise.text)), abs=max(within, 1e-9)), promise.text
+    assert KNOWN[label]
+    for known in KNOWN[label]:
+        assert re.search(rf"(?<![0-9.]){re.escape(known.text)}(?![0-9])", head), known.text
+        unit = trip if known.unit == "T" else float(known.unit)
+        seen = known.reading(history) / unit
+        digits = len(known.text.partition(".")[2])
+        within = 1e-9 if "/" in known.text else 0.5 * 10.0**-digits * (1.0 + 1e-6)
+        assert seen == pytest.approx(float(Fraction(known.text)), abs=max(within, 1e-9)), known.text
 
 
 @pytest.mark.parametrize("label", LABELS)

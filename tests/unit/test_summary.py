@@ -1,4 +1,4 @@
-"""The summary holds what the contract promises, in plain finite JSON; the table says it in one line per method."""
+"""The summary has the keys of the contract, in plain finite JSON; the table has one line per method."""
 
 from __future__ import annotations
 
