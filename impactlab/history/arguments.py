@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -43,7 +45,7 @@ def within_run(t: ArrayLike, duration: float) -> Array:
 
 def check_one(channel: object) -> None:
     """Raise `ImpactlabError` for a list of channels."""
-    if not isinstance(channel, str):
+    if isinstance(channel, Collection) and not isinstance(channel, str):
         raise ImpactlabError(
             f"{str(channel)[:60]!r} is not the name of one channel",
             remedy="Give one name, such as those of history.channels(); evaluate_each(t, channels) takes several.",
