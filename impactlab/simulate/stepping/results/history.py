@@ -27,10 +27,10 @@ from impactlab.simulate.stepping.arrays import SAMPLED, EventRecord
 from impactlab.simulate.stepping.results import readout, rounding_touches, run_ends
 from impactlab.simulate.stepping.results.beyond_end import (
     ON_STEP,
-    LateClosings,
+    LastSteps,
     RecordsAround,
     around_end,
-    late_closings,
+    last_steps,
 )
 from impactlab.simulate.stepping.results.chain_waves import ChainWaves, field_places
 from impactlab.simulate.stepping.results.delay_waves import DelayWaves
@@ -108,17 +108,17 @@ class RecordedHistory(AbstractRecordedHistory):
 
         They are needed where the records lie beside these instants.
         """
-        given = self.assembly, self._integrator, self.duration, self._late_closings
+        given = self.assembly, self._integrator, self.duration, self._last_steps
         return run_ends.settled(*given, lambda: self._around)
 
     @cached_property
-    def _late_closings(self) -> LateClosings:
-        return late_closings(self.assembly, self._integrator, self._raw, self.duration)
+    def _last_steps(self) -> LastSteps:
+        return last_steps(self.assembly, self._integrator, self._raw, self.duration)
 
     @cached_property
     def _around(self) -> RecordsAround | None:
         """Records around the end of the run, for which a step beyond it is taken."""
-        return around_end(self.assembly, self._late_closings)
+        return around_end(self.assembly, self._integrator, self._last_steps)
 
     @contextmanager
     def summed_up_to_last_step(self) -> Iterator[None]:
@@ -267,12 +267,14 @@ class RecordedHistory(AbstractRecordedHistory):
         """
         assembly, early = self.assembly, self._integrator.momentum_early * self.assembly.dt
         goes_on = self.duration > assembly.clock.time + ON_STEP * assembly.dt
-        beside = early != 0.0 or goes_on or self._late_closings.crossed
+        beside = early != 0.0 or goes_on or self._last_steps.crossed
         around = self._around if beside and not self._up_to_last_step else None
         if around is None:  # momenta there lie on a line within the last step
             return given - (assembly.clock.time - early - self.duration) * force
-        at_start = assembly.layout.plan.start_forces.get(number, 0.0)
-        return around.impulse(self.duration, assembly.layout.column_of(number), given, early, at_start)
+        at_start, place = assembly.layout.plan.start_forces.get(number, 0.0), assembly.layout.places[number]
+        solved, column = place < len(assembly.contacts), assembly.layout.column_of(number)
+        before = given - force * assembly.dt - (assembly.contacts[place].impulse if solved else 0.0)
+        return around.impulse(self.duration, column, place if solved else None, before, early, at_start)
 
     def _before_start(self, number: int) -> float:
         """Return the impulse of a contact that belongs before t = 0 [N s].
