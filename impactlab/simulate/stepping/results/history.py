@@ -148,6 +148,7 @@ class RecordedHistory(AbstractRecordedHistory):
             final, work = end[1] + end[SAMPLED::3].sum(), end[SAMPLED + 1 :: 3].sum() - start[SAMPLED + 1 :: 3].sum()
             booked = {name: float(lost) for name, lost in zip(BOOKED, end[2:SAMPLED], strict=True)}
             found = found._replace(final=float(final), work=float(work), booked=booked)
+        found = found._replace(by_contact=readout.losses(self.assembly, found.booked["contact"]))
         if early is None:
             return found
         booked = found.booked | {name: found.booked[name] - getattr(early, name) for name in ("ends", "damping")}
