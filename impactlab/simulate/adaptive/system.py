@@ -244,6 +244,8 @@ class System:
                 rate = float(self._rows[number] @ second) * self.time
             if (abs(gap) <= away and rate < 0.0) or (gap < -away and contact.evaluate(gap, rate).trial > 0.0):
                 closed.append(number)
+            elif gap < -away:  # no force, as the face recedes faster than the damper lets the spring follow
+                contact.held = contact.stored(gap)
         for number in closed:
             self.contacts[number].close(float(gaps[number]), float(gap_rates[number]), away)
         return closed
