@@ -299,19 +299,16 @@ class RecordedHistory(AbstractRecordedHistory):
         return max(peak, self._force_at_end(number))
 
     def _force_at_end(self, number: int) -> float:
-        """Return the force of a closed contact at the end of the run [N].
+        """Return the force of a closed contact at the end of the run [N], that of its channel.
 
-        At the front of a wave along beads it may rise by some per cent in a step.
+        At the front of a wave along beads it may rise by some per cent in a step: there it follows from the overlap.
         """
         layout, contact = self.assembly.layout, self.scene.contacts[number].name
-        power = self.assembly.acting.laws[contact].power_force(layout.plan.starts[number])
-        if power is None:
-            return self.at_end(f"force:{contact}")
         place = layout.column_of(number) - layout.first_bead_force
-        last = self._channels.record[-2:]
-        gap = np.interp(self.duration, last[:, 0], last[:, layout.column_of(number) + 1])
-        overlap = max(0.0, -float(gap if place < 0 else self._last_bead_gaps[place]))
-        return float(power.stiffness * overlap**power.exponent)
+        power = self.assembly.acting.laws[contact].power_force(layout.plan.starts[number])
+        if power is None or place < 0:
+            return self.at_end(f"force:{contact}")
+        return float(power.stiffness * max(0.0, -float(self._last_bead_gaps[place])) ** power.exponent)
 
     @cached_property
     def _last_bead_gaps(self) -> Array:
