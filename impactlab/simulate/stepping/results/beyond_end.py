@@ -132,8 +132,8 @@ def last_steps(assembly: Assembly, integrator: AbstractIntegrator, raw: Sequence
     late = _late_touches(raw, clock.time, dt, duration, kicks[BEFORE])
     before = assembly.memory.record[clock.n_records - 2] if clock.step > 1 else None
     for place, (contact, port) in enumerate(zip(assembly.contacts, assembly.ports, strict=True)):
-        forces = np.array([0.0 if before is None else before[1 + PER_CONTACT * place] * dt, contact.force * dt])
-        if not contact.dates or contact.joined or not np.any(forces):
+        forces = 0.0 if before is None else before[1 + PER_CONTACT * place] * dt, contact.force * dt
+        if not contact.dates or contact.joined or not any(forces):
             continue
         given = forces[LAST] + contact.impulse
         began = contact.span_impulse == given  # the contact under way, or the one that ended, in the last step
@@ -146,8 +146,9 @@ def last_steps(assembly: Assembly, integrator: AbstractIntegrator, raw: Sequence
             jumps[LAST, place] = forces[LAST] if jumps_in_force else 0.0
         elif jumps_in_force and contact.span_impulse == given + forces[BEFORE]:
             jumps[BEFORE, place] = forces[BEFORE]
-    for each in (kicks, jumps, parted):
-        each[LAST, [*late]] = 0.0
+    if late:
+        for each in (kicks, jumps, parted):
+            each[LAST, [*late]] = 0.0
     pressed = any(np.any(_given(assembly, place)) for place in late)
     return LastSteps(late, pressed, kicks, jumps, parted)
 
@@ -202,7 +203,7 @@ def around_end(assembly: Assembly, integrator: AbstractIntegrator, last: LastSte
     kicks, at_once = np.zeros((2, done + 1, len(assembly.contacts)))
     changes = np.zeros((done + 1, record.shape[1])), np.zeros((done + 1, sample.shape[1]))
     for step, row in ((LAST, done - 1), (BEFORE, done - 2)):
-        if row > 0:
+        if row > 0 and last.crossed:
             kicks[row], at_once[row] = last.kicks[step], last.kicks[step] + last.jumps[step] + last.parted[step]
             changes[0][row], changes[1][row] = _changes(assembly, last, step, record[row - 1])
     if last.pressed:
