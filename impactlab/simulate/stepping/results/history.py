@@ -142,6 +142,10 @@ class RecordedHistory(AbstractRecordedHistory):
         return self._settled.load_impulses
 
     def energy_ends(self) -> EnergyEnds:
+        return self._energy_ends
+
+    @cached_property
+    def _energy_ends(self) -> EnergyEnds:
         found, ends = super().energy_ends(), self._settled
         early, end, start = ends.early, ends.end, ends.start
         if end is not None:
@@ -194,7 +198,7 @@ class RecordedHistory(AbstractRecordedHistory):
         return readout.memories(self.assembly)
 
     def __getstate__(self) -> dict[str, Any]:
-        _ = self._joined_impulses, self._memories, self._ends, self.load_impulses
+        _ = self._joined_impulses, self._memories, self._ends, self.load_impulses, self._energy_ends
         return super().__getstate__() | {"recorded": dict(self.recorded)}
 
     def snapshots(self) -> Array:
@@ -301,14 +305,17 @@ class RecordedHistory(AbstractRecordedHistory):
     def _force_at_end(self, number: int) -> float:
         """Return the force of a closed contact at the end of the run [N], that of its channel.
 
-        At the front of a wave along beads it may rise by some per cent in a step: there it follows from the overlap.
+        Of leapfrog, which knows forces up to the start of the last step, it follows from the overlap: at the front of a
+        wave along beads it may rise by some per cent in a step.
         """
         layout, contact = self.assembly.layout, self.scene.contacts[number].name
-        place = layout.column_of(number) - layout.first_bead_force
         power = self.assembly.acting.laws[contact].power_force(layout.plan.starts[number])
-        if power is None or place < 0:
+        if power is None or self._integrator.load_point > 0.0:
             return self.at_end(f"force:{contact}")
-        return float(power.stiffness * max(0.0, -float(self._last_bead_gaps[place])) ** power.exponent)
+        column, last = layout.column_of(number), self._channels.record[-2:]
+        place = column - layout.first_bead_force
+        gap = np.interp(self.duration, last[:, 0], last[:, column + 1]) if place < 0 else self._last_bead_gaps[place]
+        return float(power.stiffness * max(0.0, -float(gap)) ** power.exponent)
 
     @cached_property
     def _last_bead_gaps(self) -> Array:
