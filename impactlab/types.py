@@ -175,6 +175,7 @@ class SideFacts(NamedTuple):
     in_waves: bool = (
         False  # True: the body steps by its waves, as a delay line, so that it is free by those that arrive
     )
+    body: str = ""  # its name, for messages
 
 
 class Start(NamedTuple):

@@ -31,7 +31,7 @@ from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, Group, kind_of, 
 from impactlab.scene import Rod, Scene
 from impactlab.scene.method import Simulation, StepRule, laws_of
 from impactlab.testing.verdict import options_to_try, required
-from studies.pages import CASES, Study
+from studies.pages import CASES, DOCS, Study
 
 ROD, BEAM, TURNING, CRANK = "", "beam: ", "turning beam: ", "slider-crank: "  # before the name of a model: its body
 BEAM_ELEMENTS, BEAM_MODES = 20, 20  # of the models of beams
@@ -85,6 +85,7 @@ class Outcome(NamedTuple):
     text: str = ""
     remedy: str = ""
     path: str = ""
+    written: str = ""  # cell of a page that was read
 
 
 def label(name: str, options: Mapping[str, Any]) -> str:
@@ -371,6 +372,8 @@ def text_of(found: Outcome, legend: Legend) -> str:
     """Return a cell of the page."""
     if found.status != "completed":
         return legend.code(found)
+    if found.written:
+        return found.written
     assert found.mass is not None
     assert found.gain is not None
     assert found.solve_ms is not None
@@ -395,14 +398,48 @@ def page(found: Mapping[Cell, Outcome]) -> str:
     told = ", ".join(f"{number} {status}" for status, number in counts.items())
     head = HEAD.format(cells=len(found), told=told, machine=machine(), laws=len(laws()), schemes=len(schemes()))
     failed = [
-        f"- {model}, {law}, {scheme}: {each.text}"
-        for (model, law, scheme), each in sorted(found.items())
+        f"{failure_of(cell)}{each.text}"
+        for cell, each in sorted(found.items())
         if each.status not in ("completed", "refused")
     ]
     parts = [head, "## Refused before the first step", "", *legend.lines("refused"), "", "## Failed on the way", ""]
     parts += legend.lines("failed") or ["None."]
     parts += ["", *failed] if failed else []
     return "\n".join([*parts, *tables]) + "\n"
+
+
+def failure_of(cell: Cell) -> str:
+    """Return how the line of a failed cell begins."""
+    return f"- {', '.join(cell)}: "
+
+
+REASON = re.compile(r"^- \*\*(\w+)\*\* \(\d+ cells, at `(.*?)`\): (.*?)\.(?: \*(.*)\*)?$", re.MULTILINE)
+
+
+def read(page: str) -> tuple[dict[Cell, Outcome], dict[Cell, str]]:
+    """Return the outcomes on a page, and the texts of its cells, which are codes where no run completed."""
+    told = {
+        code: Outcome("failed" if code.startswith("F") else "refused", text=text, remedy=remedy or "", path=path)
+        for code, path, text, remedy in REASON.findall(page)
+    }
+    listed = [line for line in page.splitlines() if line.startswith("- ")]
+    found, shown, model, columns = dict[Cell, Outcome](), dict[Cell, str](), "", list[str]()
+    for line in page.splitlines():
+        if line.startswith("## "):
+            model = line.removeprefix("## ")
+        elif line.startswith("| law |"):
+            columns = line.strip("| ").split(" | ")[1:]
+        elif line.startswith("| "):
+            law, *cells_of_law = line.strip("| ").split(" | ")
+            for scheme, text in zip(columns, cells_of_law, strict=True):
+                cell = model, law, scheme
+                shown[cell] = text
+                found[cell] = told.get(text, Outcome("completed", written=text))
+                if found[cell].status == "failed":
+                    own = failure_of(cell)
+                    (whole,) = (line.removeprefix(own) for line in listed if line.startswith(own))
+                    found[cell] = found[cell]._replace(text=whole)
+    return found, shown
 
 
 def machine() -> str:
@@ -444,11 +481,25 @@ def command(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m studies matrix", description="Run some cells of the matrix.")
     parser.add_argument("--trips", type=float, default=3.0, help="round trips that each cell runs")
     parser.add_argument("--only", default="", help="regular expression for 'model; law; scheme'")
+    parser.add_argument(
+        "--again", default="", help="codes of reasons, as r11,r22, or refused for all: run their cells, write the page"
+    )
     options = parser.parse_args(arguments)
+    if options.again:
+        write_again(options.again.split(","))
+        return 0
     found = run_all([cell for cell in cells() if re.search(options.only, "; ".join(cell))], options.trips)
     for cell, each in found.items():
         print("; ".join(cell), *each)
     return int(any(each.status == "broken" for each in found.values()))
+
+
+def write_again(codes: Sequence[str]) -> None:
+    """Run the cells of some codes again, and those that are new; write the page with the others as they stand."""
+    path = DOCS / "matrix.md"
+    found, shown = read(path.read_text(encoding="utf-8"))
+    wanted = [cell for cell in cells() if cell not in found or shown[cell] in codes or found[cell].status in codes]
+    path.write_text(page({cell: found.get(cell, Outcome("")) for cell in cells()} | run_all(wanted)), encoding="utf-8")
 
 
 def text(_: str) -> str:

@@ -8,15 +8,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 from impactlab.errors import PairingError
-from impactlab.types import SIDES, Branches, Level, Noted, Port, PowerForce, Reply, Restitution, SideFacts, Start
+from impactlab.types import Branches, Level, Noted, Port, PowerForce, Reply, Restitution, SideFacts, Start
 
 
 def needs_waves(law: str, left: SideFacts, right: SideFacts) -> None:
     """Raise `PairingError` where a law that needs the waves of a body meets a mechanism."""
-    for side, facts in zip(SIDES, (left, right), strict=True):
+    for facts in (left, right):
         if facts.kind == "mechanism":
             raise PairingError(
-                f"law {law!r} needs the waves that arrive at a face, and the {side} face belongs to a "
+                f"law {law!r} needs the waves that arrive at a face, and the face of '{facts.body}' belongs to a "
                 "mechanism, whose links all move it",
                 remedy="Use law hertz, velocity_complementarity or energy_conserving.",
             )

@@ -40,14 +40,14 @@ class ImpedanceResidual(AbstractContactLaw):
             needs_waves("impedance_residual", left, right)
             raise PairingError(
                 "impedance_residual stands for the axial modes that the model of a rod leaves out, and this contact "
-                f"has no rod: on its left is a {left.kind}, on its right a {right.kind}",
+                f"has no rod: '{left.body}' is a {left.kind}, '{right.body}' a {right.kind}",
                 remedy="Use addition_deletion, penalty or hertz; on a beam also dispersive_identification.",
             )
         compliance, dashes = 0.0, 0.0
         for facts in rods:
             if math.isnan(facts.impedance):
                 raise PairingError(
-                    "impedance_residual needs the impedance of a rod, and the rod has none here",
+                    f"impedance_residual needs the impedance of a rod, and the rod '{facts.body}' has none here",
                     remedy="Use addition_deletion.",
                 )
             # A body without modes left out adds no compliance, nor does a basis with the static response of the face:

@@ -65,17 +65,17 @@ class ModalMessengers(AbstractContactLaw):
                 continue
             share = facts.velocity_per_force * facts.impedance
             if self.balance == "impedance" and (math.isnan(facts.impedance) or abs(share - 1.0) > self.accept):
-                text = f"balance 'impedance' needs an impedance, and the {facts.kind} on the {side} has none here"
+                text = f"balance 'impedance' needs an impedance, and the {facts.kind} '{facts.body}' has none here"
                 if not math.isnan(facts.impedance):
                     text = (
                         "balance 'impedance' takes 1/Z for the velocity of the face per unit force; the modes of the "
-                        f"{facts.kind} on the {side} give {share:.3g}/Z in this step"
+                        f"{facts.kind} '{facts.body}' give {share:.3g}/Z in this step"
                     )
                 raise PairingError(text, remedy="Use balance: modes, or law dispersive_identification.")
             if facts.end == "force":
                 raise PairingError(
                     "modal_messengers predicts the motion of a face from waves alone, and an end force also "
-                    f"acts on the face of the {side} body",
+                    f"acts on the face of '{facts.body}'",
                     remedy="Use dispersive_identification.",
                 )
             taken = 1.0 / facts.impedance if self.balance == "impedance" else math.nan

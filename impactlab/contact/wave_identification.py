@@ -29,7 +29,7 @@ def step_to_try(ratio: float, dt: float) -> float:
     return TRY * dt * math.sqrt(place / most)
 
 
-def reads_waves(side: str, facts: SideFacts, dt: float) -> bool:
+def reads_waves(facts: SideFacts, dt: float) -> bool:
     """Return whether the wave that arrives at a side is read by a messenger.
 
     Velocity and compliance of other sides are those of their steppers. Raise `PairingError` where the law does not
@@ -37,7 +37,7 @@ def reads_waves(side: str, facts: SideFacts, dt: float) -> bool:
     """
     if facts.kind == "beam":
         raise PairingError(
-            f"wave_identification reads one wave that travels unchanged, and on the beam on the {side} every "
+            f"wave_identification reads one wave that travels unchanged, and on the beam '{facts.body}' every "
             "wave length travels at a speed of its own",
             remedy="Use law dispersive_identification, or modal_messengers with model modal.",
         )
@@ -45,7 +45,7 @@ def reads_waves(side: str, facts: SideFacts, dt: float) -> bool:
         return False
     if facts.end not in ("free", "inner"):
         raise PairingError(
-            f"wave_identification needs a struck end without support or force, and that of the {side} body has a "
+            f"wave_identification needs a struck end without support or force, and that of '{facts.body}' has a "
             f"{facts.end}",
             remedy="Use addition_deletion or penalty, or the continuous model.",
         )
@@ -54,8 +54,8 @@ def reads_waves(side: str, facts: SideFacts, dt: float) -> bool:
         return False
     if facts.end == "inner":
         raise PairingError(
-            "wave_identification reads one wave that arrives at an end, and at an inner point of the rod on "
-            f"the {side} waves arrive from both sides",
+            "wave_identification reads one wave that arrives at an end, and at an inner point of the rod "
+            f"'{facts.body}' waves arrive from both sides",
             remedy="Put the contact at a free end, or use dispersive_identification or addition_deletion.",
         )
     distance = facts.wave_speed * dt
@@ -70,7 +70,7 @@ def reads_waves(side: str, facts: SideFacts, dt: float) -> bool:
         # The face moves faster per force than waves allow: the balance feeds back and diverges.
         share = facts.velocity_per_force * facts.impedance
         raise PairingError(
-            f"in this step a force moves the face of the rod on the {side} of the contact {share:.3g} "
+            f"in this step a force moves the face of the rod '{facts.body}' {share:.3g} "
             "times as fast as by wave theory (1/Z). Allowed: below 0.8; with a larger ratio "
             "wave_identification may diverge",
             remedy=f"Give a smaller step; try {step_to_try(share, dt):.3g} s, with few modes a smaller one.",
@@ -117,7 +117,7 @@ class WaveIdentification(AbstractContactLaw):
         readings: list[Reading] = []
         needs_waves("wave_identification", left, right)
         for side, facts in zip(SIDES, (left, right), strict=True):
-            if not reads_waves(side, facts, dt):
+            if not reads_waves(facts, dt):
                 parameters += [0.0, 0.0, 0.0]
                 continue
             distance = facts.wave_speed * dt

@@ -34,6 +34,14 @@ class Sensitivity(NamedTuple):
     upper: float
     reason: str = ""  # why it is withheld, or from one side
 
+    def __repr__(self) -> str:
+        size, error = (
+            f"{each:.6g} {_per(self.unit, self.parameter_unit)}".rstrip() for each in (self.derivative, self.error)
+        )
+        found = WITHHELD if math.isnan(self.derivative) else f"{size}, error {error}"
+        how = "" if found == WITHHELD else f" ({self.found})"
+        return f"<Sensitivity of {self.name} to {self.parameter}: {found}{how}>"
+
     @property
     def logarithmic(self) -> float:
         """The logarithmic derivative d ln y/d ln p; NaN where the value is zero."""
@@ -56,6 +64,9 @@ class Sensitivities:
 
     case: str
     rows: tuple[Sensitivity, ...]
+
+    def __repr__(self) -> str:
+        return "\n  ".join([f"<Sensitivities of '{self.case}'", *str(self).splitlines()]) + ">"
 
     def __iter__(self) -> Iterator[Sensitivity]:
         return iter(self.rows)

@@ -20,7 +20,8 @@ from impactlab.errors import ImpactlabError
 from impactlab.fits import draws
 from impactlab.fits.identifiable import Product
 from impactlab.fits.unknowns import Unknown
-from impactlab.printing import aligned, plain
+from impactlab.prefixes import prefixed_range
+from impactlab.printing import aligned, counted, plain
 from impactlab.startup.lazy import above
 from impactlab.types import Array
 
@@ -53,6 +54,12 @@ class Fitted(NamedTuple):
     note: str = ""
     intervals: Mapping[str, tuple[float, float]] = {}
 
+    def __repr__(self) -> str:
+        value, between = in_words(self.value, self.lower, self.upper)
+        unit = "" if self.unit in ("", "1") else f" {self.unit}"
+        note = f"; {self.note}" if self.note else ""
+        return f"<Fitted {self.path}: {value}{unit}, 95 % interval {between}{note}>"
+
 
 class Curve(NamedTuple):
     """The profile of a parameter: rise of the loss with it fixed and all others fitted again."""
@@ -64,6 +71,10 @@ class Curve(NamedTuple):
     limit: float  # rise at the ends of the interval
     is_logarithmic: bool
 
+    def __repr__(self) -> str:
+        low, high, unit = self.values[0], self.values[-1], "" if self.unit in ("", "1") else f" {self.unit}"
+        return f"<Curve of {self.path}: {len(self.values)} points, {low:.6g} to {high:.6g}{unit}>"
+
 
 class Shown(NamedTuple):
     """A signal beside the channel of the fitted case, in SI."""
@@ -72,6 +83,10 @@ class Shown(NamedTuple):
     times: Array  # (n,)
     measured: Array  # (n,)
     fitted: Array  # (n,)
+
+    def __repr__(self) -> str:
+        span = prefixed_range(float(self.times[0]), float(self.times[-1]), "s")
+        return f"<Shown {self.channel!r}: {len(self.times)} samples at {span}, measured and fitted>"
 
     @property
     def identity(self) -> dict[str, Any]:
@@ -110,6 +125,10 @@ class Fit:
     assumed: Mapping[str, str] = field(default_factory=dict)  # noise and loss of the fit, by their words
     unknowns: tuple[Unknown, ...] = ()  # of the parameters: how the covariance scales each
     reach: float = draws.NORMAL  # half of an interval over a standard deviation
+
+    def __repr__(self) -> str:
+        head = f"<Fit of '{self.case.label}' to {counted(len(self.signals), 'signal')}"
+        return "\n  ".join([f"{head}, deviations {self.noise:.3g} of the given noise", *str(self).splitlines()]) + ">"
 
     def __getitem__(self, path: str) -> Fitted:
         for each in self.parameters:

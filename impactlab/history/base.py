@@ -253,7 +253,9 @@ class AbstractHistory(Views, ABC):
             return float(np.interp(self.duration, book.time, values))
 
         booked = {name: at_end(losses) for name, losses in book.booked.items()}
-        return EnergyEnds(float(book.total[0]), at_end(book.total), at_end(book.work), booked)
+        losses = None if book.by_contact is None else {name: at_end(lost) for name, lost in book.by_contact.items()}
+        lost = None if losses is None else {name: loss for name, loss in losses.items() if loss != 0.0}
+        return EnergyEnds(float(book.total[0]), at_end(book.total), at_end(book.work), booked, lost)
 
     def largest(self, channel: str) -> float:
         """Return the largest value of a channel in the run; see `extremes`."""

@@ -203,7 +203,8 @@ def _attributes(history: AbstractHistory) -> dict[str, Any]:
         "changes": [list(each) for each in facts.changes],
         "link_impulses": dict(facts.link_impulses),
         "load_impulses": dict(facts.load_impulses),
-        "ends": facts.ends,
+        "ends": None if facts.ends is None else facts.ends[:4],
+        "losses_by_contact": None if facts.ends is None else facts.ends.by_contact,
     }
     attributes = {"impactlab_version": __version__, "impactlab_format": FORMAT, "run": json.dumps(kept)}
     if history.case is not None:
@@ -271,7 +272,8 @@ def to_history(dataset: xarray.Dataset, run: Simulation, case: HasCase | None) -
         changes=tuple(BranchChange(*each) for each in kept.get("changes", ())),
         link_impulses=kept.get("link_impulses", {}),
         load_impulses=kept.get("load_impulses", {}),
-        ends=EnergyEnds(*kept["ends"]) if kept.get("ends") else None,  # a file of an earlier version has none
+        # a file of an earlier version has none
+        ends=EnergyEnds._make([*kept["ends"][:4], kept.get("losses_by_contact")]) if kept.get("ends") else None,
     )
     return SampledHistory(run, facts, dataset["time"].values, values, _body_fields(dataset))
 

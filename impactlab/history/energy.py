@@ -26,6 +26,7 @@ class EnergyEnds(NamedTuple):
     final: float
     work: float  # of gravity and end forces, over the run
     booked: dict[str, float]  # losses over the run
+    by_contact: dict[str, float] | None = None  # those in contacts, of each that lost energy; None: not known
 
 
 MIN_ENERGY = 1e-290  # J: shares of a smaller one have no digits, as its parts are no normal floats
@@ -46,6 +47,7 @@ class EnergyBook:
     booked: dict[str, Array]  # name -> (n,) losses booked so far: contact, ends, unresolved; never negative
     work: Array  # (n,) work of gravity and end forces so far
     carried: CarriedEnergy | None = None  # by free bodies in a common motion (`impactlab.history.frame`); None: nothing
+    by_contact: dict[str, Array] | None = None  # (n,) losses in each contact that may lose energy; None: not known
 
     def __repr__(self) -> str:
         bodies = f"{len(self.bodies)} bod{'ies' if len(self.bodies) != 1 else 'y'}"

@@ -220,6 +220,7 @@ def energy(history: AbstractHistory) -> dict[str, Any]:
         "largest_loss": book.largest_loss,
         "final_error": book.final_error,
         "booked": dict.fromkeys(BOOKED, 0.0) | ends.booked,
+        "booked_by_contact": ends.by_contact,
     }
 
 

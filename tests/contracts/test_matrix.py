@@ -77,6 +77,27 @@ def test_a_thirteenth_of_the_cells_meets_every_pair() -> None:
         assert pairs[0] == pairs[1]
 
 
+def test_a_page_that_is_read_and_written_stays_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So that the cells of one reason can be run again, and all others stay."""
+    few = {"models": ["one: 20"], "laws": ["hard", "soft, 2"], "schemes": ["newmark", "midpoint, located"]}
+    for name, labels in few.items():
+        monkeypatch.setattr(matrix, name, lambda labels=labels: dict.fromkeys(labels))
+    monkeypatch.setattr(matrix, "alike", lambda text: text)
+    outcomes = (
+        matrix.Outcome("completed", 1e-3, None, True, 0.2, 1.5),
+        matrix.Outcome("refused", text="no. It needs modes (a, b)", remedy="Use *modal*.", path="solve.model"),
+        matrix.Outcome("failed", text="energy grew by 2"),
+        matrix.Outcome("refused", text="another reason", remedy="Wait.", path="solve.step"),
+    )
+    page = matrix.page(dict(zip(matrix.cells(), outcomes, strict=True)))
+    found, shown = matrix.read(page)
+    assert matrix.page(found) == page
+    assert shown["one: 20", "soft, 2", "midpoint, located"] == "r2"
+    changed = matrix.page({**found, ("one: 20", "hard", "midpoint, located"): outcomes[0]})
+    assert "no. It needs" not in changed
+    assert "**r1** (1 cells, at `solve.step`): another reason. *Wait.*" in changed
+
+
 @pytest.mark.slow
 def test_no_cell_crashes_hangs_or_returns_a_number_that_is_not_finite() -> None:
     cells = every_thirteenth()

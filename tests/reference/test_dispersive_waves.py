@@ -252,7 +252,7 @@ def refused(
 
 def test_the_law_of_the_source_is_not_used_for_a_beam_under_its_name() -> None:
     said = refused((beam(SLENDER, "pinned", "pinned"), Modal(50, 10)), WaveIdentification(), 1.0)
-    assert "beam on the right" in said
+    assert "on the beam 'beam' every" in said
     assert "dispersive_identification" in said
     assert "modal_messengers" in said
 
@@ -285,7 +285,7 @@ def test_the_sketch_is_refused_at_a_tip_with_its_number() -> None:
             ModalMessengers(),
             0.0,
             1e-7,
-            "an end force also acts on the face of the right body",
+            "an end force also acts on the face of 'rod'",
         ),
     ],
 )

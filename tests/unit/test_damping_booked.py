@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
+import impactlab as il
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.impulse_momentum import ImpulseMomentum
@@ -172,3 +174,41 @@ def test_dashpots_feel_an_impulse_at_the_start_of_a_step(scheme: AbstractIntegra
         for each in (scheme, Newmark())
     )
     assert by_rates == pytest.approx(by_lengths, rel=0.02)  # dt times the decay rate of the mesh is 0.01
+
+
+@pytest.mark.parametrize("scheme", ["newmark", "central_difference", "adaptive"])
+def test_the_energy_of_an_overlap_without_force_can_be_returned(scheme: str) -> None:
+    """A face leaves a damped spring faster than it extends, and is stopped by a mass alike that takes its velocity.
+
+    From rest at the overlap d it is pushed out with exp(-2 z acos z / sqrt(1 - z2)) of k d2/2, by the exact motion up
+    to the instant without a force; the rest of what the spring held is lost in its damper.
+    """
+    stiffness, z, overlap, way, dt = 1e6, 0.6, 1e-3, 0.2e-3, 2e-6  # N/m; share of critical damping of 1 kg; m, m, s
+    speed = 3.0 * stiffness * overlap / (2.0 * z * math.sqrt(stiffness))
+    damped = {"kind": "penalty", "stiffness": stiffness, "damping": 2.0 * z * math.sqrt(stiffness)}
+    stop = (
+        {"kind": "penalty", "stiffness": 1e15}
+        if scheme == "adaptive"
+        else {"kind": "impulse_momentum", "restitution": 1.0}
+    )
+    step = {} if scheme == "adaptive" else {"step": {"dt": dt}}
+    history = il.run(
+        il.Case(
+            bodies={"wall": il.Wall(), "mass": il.Mass(1.0, velocity=speed), "other": il.Mass(1.0)},
+            contacts=[
+                il.Contact("wall", "mass", damped, gap=-overlap, overlap="allowed"),
+                il.Contact("mass", "other", stop, gap=way),
+            ],
+            solve={"duration": 5e-3, "integrator": {"kind": scheme}, **step},
+        )
+    )
+    book, before = history.energy, history.energy.time < way / speed - dt
+    held = 0.5 * stiffness * (overlap - speed * book.time[before]) ** 2
+    slack = speed * dt / overlap  # leapfrog counts the energy at both ends of a step
+    assert book.stored[before] == pytest.approx(held, rel=2.0 * slack)
+    assert book.booked["contact"][before] == pytest.approx(held[0] - held, abs=2.0 * slack * held[0])
+    found = 0.5 * history.at_end("velocity:mass") ** 2
+    share = math.exp(-2.0 * z * math.acos(z) / math.sqrt(1.0 - z**2))
+    assert found == pytest.approx(share * 0.5 * stiffness * (overlap - way) ** 2, rel=1e-3)
+    bound = 1e-6 if scheme == "adaptive" else 1e-12  # the tolerance of the solver; rounding
+    assert max(book.largest_gain, book.largest_loss) < bound

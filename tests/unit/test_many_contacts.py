@@ -86,7 +86,7 @@ def test_wave_identification_refuses_a_face_that_carries_something(end: End) -> 
         Rod("rod", (UNIT,), end, CLAMPED), FiniteElement(10), WaveIdentification(), Newmark(), MILLI, mass=1.0
     )
     with pytest.raises(
-        PairingError, match=f"needs a struck end without support or force, and that of the right body has a {end.kind}"
+        PairingError, match=f"needs a struck end without support or force, and that of 'rod' has a {end.kind}"
     ):
         prepare(*scene)
 

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 from impactlab import drilling, granular, hopkinson, piling
+from impactlab.derivatives.table import Sensitivities, Sensitivity
+from impactlab.fits.result import Fitted
 from impactlab.history.energy import EnergyBook
 from impactlab.startup.lazy import public_names
 
@@ -74,6 +76,20 @@ def test_reprs_of_results_with_arrays_are_one_line() -> None:
     found = drilling.Efficiencies(np.array([1e7, 1e8]), np.array([0.5, 0.7]), *np.zeros((3, 2)))
     assert repr(found) == "<Efficiencies of 2 stiffnesses, 10 to 100 MN/m: the largest is 0.7 at 100 MN/m>"
     assert repr(granular.solitary_wave()).startswith("<SolitaryWave of exponent 1.5, 4096 points: C 0.9055")
+
+
+def test_reprs_of_fits_and_sensitivities_have_units_and_intervals() -> None:
+    fitted = Fitted(
+        "contacts.0.law.stiffness", 1.2345e9, 1.2e9, 1.27e9, "N/m", "near an edge", {"jacobian": (0.0, 1.0)}
+    )
+    assert repr(fitted) == (
+        "<Fitted contacts.0.law.stiffness: 1.2345e+09 N/m, 95 % interval 1.2e+09 to 1.27e+09; near an edge>"
+    )
+    nan = float("nan")
+    row = Sensitivity("impulse", "a|b", "N s", "bodies.a.mass", 2.0, "kg", 3.6, 2.6, 0.1, "tangent", nan, nan, nan, nan)
+    assert repr(row) == "<Sensitivity of impulse a|b to bodies.a.mass: 2.6 N s/kg, error 0.1 N s/kg (tangent)>"
+    assert repr(row._replace(derivative=nan, found="withheld")).endswith("bodies.a.mass: withheld>")
+    assert repr(Sensitivities("case", (row,))).startswith("<Sensitivities of 'case'\n  quantity")
 
 
 def test_the_repr_of_energies_has_their_balance() -> None:

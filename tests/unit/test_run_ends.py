@@ -359,3 +359,55 @@ def test_losses_booked_at_the_end_are_those_of_the_last_step_where_kicks_go_on(s
     )
     before, after = history.energy.booked["damping"][-2:]
     assert 0.0 < before <= summary.energy(history)["booked"]["damping"] <= after
+
+
+HARD, PRESSED = {"kind": "addition_deletion"}, {"kind": "penalty", "stiffness": 1e8}
+KICKED, NITSCHE = {"kind": "impulse_momentum"}, {"kind": "nitsche"}
+PUSHED, MOREAU = {"kind": "wave_initialised"}, {"kind": "paoli_schatzman"}
+
+
+@pytest.mark.parametrize(
+    ("scheme", "laws", "gaps", "end"),  # of the second mass and of the rod, in steps; the end of the run
+    [
+        ("hht_alpha", (PRESSED, KICKED), (0.0, 0.0), 0.4),  # the line from the step after the kick went below zero
+        ("generalised_alpha", (PRESSED, HARD), (0.3, 0.0), 0.6),
+        ("exact_modal", ({"kind": "hertz", "stiffness": 1e10}, PUSHED), (0.9, 0.5), 1.2),
+        ("midpoint", (KICKED, NITSCHE), (0.0, 0.0), 0.3),
+        ("bathe", (MOREAU, NITSCHE), (2.8, 1.3), 2.4),  # touches after the end beside Nitsche's pushes
+        ("hht_alpha", (MOREAU, NITSCHE), (2.8, 0.3), 2.4),
+    ],
+)
+def test_short_runs_end_with_the_momenta_that_their_impulses_give(scheme, laws, gaps, end) -> None:
+    dt, rod = 1e-6, il.Rod(length=0.2, area=5e-4, material="steel")
+    bodies = {"second": il.Mass(0.5, velocity=2.0), "first": il.Mass(1.0, velocity=1.0), "rod": rod}
+    model = {"kind": "modal", "elements": 8, "modes": 6} if scheme == "exact_modal" else mesh(8)
+    history = run_case(
+        bodies=bodies,
+        contacts=[
+            il.Contact("second", "first", laws[0], gap=gaps[0] * dt),
+            il.Contact("first", "rod.left", laws[1], gap=gaps[1] * dt),
+        ],
+        solve=in_steps(end * dt, scheme, model, dt=dt),
+    )
+    one, other = (history.impulse_of(name) for name in ("second|first", "first|rod.left"))
+    momenta = [history.at_end(f"momentum:{name}") for name in history.scene.bodies]
+    assert momenta == pytest.approx([1.0 - one, 1.0 + one - other, other], abs=1e-12)
+    assert min(one, other) >= 0.0
+    if gaps[0] > 2.0:
+        assert one == 0.0
+
+
+@pytest.mark.parametrize("end", [2.2, 2.8])
+def test_faces_that_part_in_the_last_step_have_given_their_whole_impulse(end: float) -> None:
+    """The impulse of the contact counted the whole step, the momentum a share of it: 0.2 N s were missing."""
+    dt = 1e-6
+    history = run_case(
+        bodies={"one": il.Mass(1.0, velocity=1.0), "other": il.Mass(1.0)},
+        contacts=[il.Contact("one", "other", {"kind": "penalty", "stiffness": 1e12}, gap=0.3 * dt)],
+        solve=in_steps(end * dt, "newmark", dt=dt),
+    )
+    (span,) = history.contacts
+    assert span.end is not None
+    assert [history.at_end(f"momentum:{name}") for name in ("one", "other")] == pytest.approx(
+        [1.0 - span.impulse, span.impulse], rel=1e-12
+    )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,7 @@ from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
 from impactlab.history.extremes import extremes
 from impactlab.plugins import kind_of
 from impactlab.printing import plain
+from impactlab.report import summary
 from impactlab.report.comparison import cell, comparison, table, table_rows
 from impactlab.report.console import summary_text
 from impactlab.report.facts import method_facts, units_of
@@ -365,3 +368,53 @@ def test_faces_that_meet_after_the_end_of_the_run_have_not_touched() -> None:
     history = il.run(case)
     assert not history.events
     assert "overlap" not in {warned.code for warned in history.warnings}
+
+
+@pytest.mark.parametrize("method", ["newmark", "central_difference", "adaptive"])
+def test_the_loss_of_each_contact_is_given_beside_their_sum(method: str, tmp_path: Path) -> None:
+    """Two dampers take the same motion from both sides, one of them twice as strong; a third does not act."""
+    law = {"kind": "penalty", "stiffness": 1e6, "damping": 100.0}
+    bodies = {
+        "left": il.Wall(), "one": il.Mass(1.0, velocity=-1.0), "two": il.Mass(2.0, velocity=1.0), "right": il.Wall(),
+        "far": il.Mass(1.0), "end": il.Wall(),
+    }  # fmt: skip
+    twice = {"kind": "penalty", "stiffness": 2e6, "damping": 200.0}
+    contacts = [
+        il.Contact("left", "one", law),
+        il.Contact("two", "right", twice),
+        il.Contact("far", "end", law, gap=1.0),
+    ]
+    steps = {"integrator": {"kind": method}} | ({} if method == "adaptive" else {"step": {"dt": 1e-6}})
+    solve = {"duration": 0.60037e-3} | steps
+    history = il.run(il.Case(bodies=bodies, contacts=contacts, solve=solve))
+    energy = summary.energy(history)
+    lost = energy["booked_by_contact"]
+    assert sorted(lost) == ["left|one", "two|right"]
+    assert lost["two|right"] == pytest.approx(2.0 * lost["left|one"], rel=1e-9)
+    assert sum(lost.values()) == pytest.approx(energy["booked"]["contact"], rel=1e-12)
+    # m u'' + d u' + k u = 0 from u = 0: the power d u'^2 up to the end, by the exact motion
+    rate, omega = 50.0, math.sqrt(1e6 - 50.0**2)
+    t = np.linspace(0.0, 0.60037e-3, 20001)
+    speed = np.exp(-rate * t) * (np.cos(omega * t) - rate / omega * np.sin(omega * t))
+    assert lost["left|one"] == pytest.approx(np.trapezoid(100.0 * speed**2, t), rel=2e-3)
+    if method == "newmark":  # the file keeps them
+        history.to_netcdf(tmp_path / "run.nc")
+        assert summary.energy(il.open_netcdf(tmp_path / "run.nc"))["booked_by_contact"] == pytest.approx(lost)
+
+
+def test_the_exact_solver_gives_the_loss_of_each_contact() -> None:
+    """The damper at the far end acts from the arrival of the wave on, after the run of a part."""
+    rod = il.Rod(length=0.3, area=1e-4, material={"young": 2e11, "density": 8000.0})
+    law = {"kind": "penalty", "stiffness": 1e8, "damping": 1e3}
+    contacts = [il.Contact("hammer", "rod.left", law), il.Contact("rod.right", "wall", law)]
+    case = il.Case(
+        bodies={"hammer": il.Mass(1.0, velocity=1.0), "rod": rod, "wall": il.Wall()},
+        contacts=contacts,
+        solve={"duration": 5e-5, "model": {"kind": "continuous"}},
+    )
+    assert list(summary.energy(il.run(case))["booked_by_contact"]) == ["hammer|rod.left"]
+    energy = summary.energy(il.run(case.with_("solve.duration", 2e-4)))
+    lost = energy["booked_by_contact"]
+    assert list(lost) == ["hammer|rod.left", "rod.right|wall"]
+    assert min(lost.values()) > 1e-3
+    assert sum(lost.values()) == pytest.approx(energy["initial"] - energy["final"], rel=1e-9)

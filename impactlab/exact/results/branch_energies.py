@@ -19,7 +19,7 @@ class BranchContact:
         log = signals.log
         begin, events = log.begins[contact], log.events[: log.state["events"]]
         found = events[(events["contact"] == contact) & (events["branch"] >= 0)]
-        left, right = int(begin["left"]), int(begin["right"])
+        self.number, left, right = contact, int(begin["left"]), int(begin["right"])
         self.gap, self.elastic, self.kept = (float(begin[name]) for name in ("gap", "elastic", "kept"))
         self.places = signals.displacement(left), signals.displacement(right)
         self.rates = signals.velocity(left), signals.velocity(right)

@@ -85,7 +85,7 @@ class SpringContact:
     """Stored and lost energy of a spring-and-dashpot contact of a solved network."""
 
     def __init__(self, signals: Signals, contact: int) -> None:
-        record = signals.log.contacts[contact]
+        record, self.number = signals.log.contacts[contact], contact
         left, right = int(record["left"]), int(record["right"])
         self.stiffness, self.damping, self.gap = (float(record[name]) for name in ("stiffness", "damping", "gap"))
         self.places = signals.displacement(left), signals.displacement(right)
@@ -166,8 +166,10 @@ def energies_at(scene: Scene, layout: NetworkLayout, signals: Signals, t: Array)
         ends += log.nodes["dashpot"][node] * (velocity.integral(t, True) - velocity.integral(t[:1], True))
     springs = contacts_with_energy(signals)
     stored = sum((spring.held(t) for spring in springs), np.zeros_like(t))
-    lost = sum((spring.lost(t) - spring.lost(t[:1]) for spring in springs), np.zeros_like(t))
-    return EnergyBook(t, bodies, stored, {"contact": lost, "ends": ends, "unresolved": np.zeros_like(t)}, work)
+    names = [scene.contacts[place].name for place in layout.places]
+    each = {names[spring.number]: spring.lost(t) - spring.lost(t[:1]) for spring in springs}
+    booked = {"contact": sum(each.values(), np.zeros_like(t)), "ends": ends, "unresolved": np.zeros_like(t)}
+    return EnergyBook(t, bodies, stored, booked, work, by_contact=each)
 
 
 def gravity_work(layout: NetworkLayout, signals: Signals, name: str, t: Array) -> Array:

@@ -237,11 +237,14 @@ class Thinner:
         spent = self.spent
         work = book.work + spent.get("work", 0.0)
         booked = {name: row + spent.get(name, 0.0) for name, row in book.booked.items()}
+        own = {name: row + spent.get(f"contact:{name}", 0.0) for name, row in (book.by_contact or {}).items()}
         self.spent = {"work": float(work[-1])} | {name: float(row[-1]) for name, row in booked.items()}
+        self.spent |= {f"contact:{name}": float(row[-1]) for name, row in own.items()}
         end = len(times) if last else -1  # the last instant is the first of the next window
         bodies = {name: row[:end] for name, row in book.bodies.items()}
         booked = {name: row[:end] for name, row in booked.items()}
-        self.books.append(EnergyBook(times[:end], bodies, book.stored[:end], booked, work[:end]))
+        own = {name: row[:end] for name, row in own.items()}
+        self.books.append(EnergyBook(times[:end], bodies, book.stored[:end], booked, work[:end], None, own))
 
 
 def _faces(scene: Scene) -> list[str]:
@@ -259,4 +262,5 @@ def _joined(books: list[EnergyBook]) -> EnergyBook:
         row([book.stored for book in books]),
         {name: row([book.booked[name] for book in books]) for name in books[0].booked},
         row([book.work for book in books]),
+        by_contact={name: row([(book.by_contact or {})[name] for book in books]) for name in books[0].by_contact or {}},
     )

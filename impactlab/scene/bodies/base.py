@@ -219,7 +219,7 @@ class Body(ABC):
     def side_facts(self, x: float, element_length: float) -> SideFacts:
         """Return the facts of a face at x [m], for elements of a length [m]."""
         nan = math.nan
-        return SideFacts(self.kind, nan, nan, nan, nan, nan, mass=self.rigid_mass, gravity=0.0)
+        return SideFacts(self.kind, nan, nan, nan, nan, nan, self.rigid_mass, 0.0, body=self.name)
 
     def travel_time(self, x: float, other: float) -> float:
         """Return the least travel time [s] between two x [m]; 0 without fronts."""
@@ -363,6 +363,7 @@ class WaveBody(ElasticBody):
             mass=self.moving_mass,
             gravity=0.0,
             end=self.carries(x),
+            body=self.name,
         )
 
 

@@ -171,6 +171,7 @@ class Beam(ElasticBody):
             mass=self.moving_mass,
             gravity=0.0,
             end=end,
+            body=self.name,
         )
 
 

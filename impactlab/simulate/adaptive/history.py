@@ -57,6 +57,7 @@ class AdaptiveHistory(AbstractRecordedHistory):
         samples = self._record.samples
         sampled, work = np.array([each.time for each in samples]), np.array([each.work for each in samples])
         losses = np.maximum.accumulate([each.lost for each in samples])  # an interpolant may dip by its tolerance
+        own = np.maximum.accumulate([each.by_contact for each in samples]).T
         bodies = dict(zip(system.built, np.array([each.bodies for each in samples]).T, strict=True))
         self.energy = EnergyBook(
             time=sampled,
@@ -65,6 +66,7 @@ class AdaptiveHistory(AbstractRecordedHistory):
             booked=dict(zip(("contact", "ends", "damping"), losses.T, strict=True)) | {"unresolved": 0.0 * sampled},
             work=work - work[0],
             carried=carried_energy(system.scene, sampled, touched_in(self)),
+            by_contact=dict(zip((contact.name for contact in contacts), own, strict=True)),
         )
         for number, name in enumerate(system.built):
             if not system.scene.bodies[name].changes:  # that of a mechanism is a vector, which nothing sums up

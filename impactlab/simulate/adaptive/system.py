@@ -33,6 +33,7 @@ class Energies(NamedTuple):
     lost: Array  # (3,) J so far, in contacts, in dashpots at ends and inside bodies
     work: float  # J, of loads and drives
     momentum: Array  # (n_bodies,) N s
+    by_contact: Array  # (n_contacts,) J lost so far
 
 
 class System:
@@ -218,14 +219,16 @@ class System:
         bodies = self.equations.balance(state[:n], state[n : 2 * n], state[self.losses.stop :])
         gaps, _ = self.gaps_of(state)
         # Laws that follow a face after an opening have lost energy that no integral holds yet.
-        released = sum(c.released(float(g)) for c, g in zip(self.contacts, gaps, strict=True))
+        released = [c.released(float(g)) for c, g in zip(self.contacts, gaps, strict=True)]
+        by_contact = state[self.losses] + np.array(released)
         return Energies(
             time=time,
             bodies=bodies.energies,
             stored=sum(c.stored(float(g)) for c, g in zip(self.contacts, gaps, strict=True)),
-            lost=np.array([float(state[self.losses].sum()) + released, *bodies.lost]),
+            lost=np.array([float(by_contact.sum()), *bodies.lost]),
             work=bodies.work,
             momentum=bodies.momenta,
+            by_contact=by_contact,
         )
 
     def begin(self) -> list[int]:
@@ -241,6 +244,8 @@ class System:
                 rate = float(self._rows[number] @ second) * self.time
             if (abs(gap) <= away and rate < 0.0) or (gap < -away and contact.evaluate(gap, rate).trial > 0.0):
                 closed.append(number)
+            elif gap < -away:  # no force, as the face recedes faster than the damper lets the spring follow
+                contact.held = contact.stored(gap)
         for number in closed:
             self.contacts[number].close(float(gaps[number]), float(gap_rates[number]), away)
         return closed

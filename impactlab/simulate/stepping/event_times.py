@@ -90,11 +90,12 @@ def write_events(m: StepArrays, time: float, dt: float) -> None:
         port.in_contact, port.offset = reply.in_contact, reply.offset
         put_lanes(port.memory, 0, lanes_at(reply.memory, 0))
         lost += reply.dissipated
+        if reply.dissipated != 0.0:
+            contact.lost += reply.dissipated
         m.clock[0].lost_unresolved += reply.unresolved
         if contact.joined != 0:
             contact.largest = max(contact.largest, contact.force)
             contact.smallest = min(contact.smallest, contact.force)
-            contact.lost += reply.dissipated
         contact.negative += min(reply.dissipated, 0.0) + min(reply.unresolved, 0.0)
     if not lost < 0.0:  # a gain of all together is no loss: it shows in the balance, as does a loss that is NaN
         m.clock[0].lost_contact += lost

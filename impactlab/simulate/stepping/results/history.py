@@ -27,10 +27,10 @@ from impactlab.simulate.stepping.arrays import SAMPLED, EventRecord
 from impactlab.simulate.stepping.results import readout, rounding_touches, run_ends
 from impactlab.simulate.stepping.results.beyond_end import (
     ON_STEP,
-    LateClosings,
+    LastSteps,
     RecordsAround,
     around_end,
-    late_closings,
+    last_steps,
 )
 from impactlab.simulate.stepping.results.chain_waves import ChainWaves, field_places
 from impactlab.simulate.stepping.results.delay_waves import DelayWaves
@@ -108,17 +108,17 @@ class RecordedHistory(AbstractRecordedHistory):
 
         They are needed where the records lie beside these instants.
         """
-        given = self.assembly, self._integrator, self.duration, self._late_closings
+        given = self.assembly, self._integrator, self.duration, self._last_steps
         return run_ends.settled(*given, lambda: self._around)
 
     @cached_property
-    def _late_closings(self) -> LateClosings:
-        return late_closings(self.assembly, self._integrator, self._raw, self.duration)
+    def _last_steps(self) -> LastSteps:
+        return last_steps(self.assembly, self._integrator, self._raw, self.duration)
 
     @cached_property
     def _around(self) -> RecordsAround | None:
         """Records around the end of the run, for which a step beyond it is taken."""
-        return around_end(self.assembly, self._late_closings)
+        return around_end(self.assembly, self._integrator, self._last_steps)
 
     @contextmanager
     def summed_up_to_last_step(self) -> Iterator[None]:
@@ -142,12 +142,17 @@ class RecordedHistory(AbstractRecordedHistory):
         return self._settled.load_impulses
 
     def energy_ends(self) -> EnergyEnds:
+        return self._energy_ends
+
+    @cached_property
+    def _energy_ends(self) -> EnergyEnds:
         found, ends = super().energy_ends(), self._settled
         early, end, start = ends.early, ends.end, ends.start
         if end is not None:
             final, work = end[1] + end[SAMPLED::3].sum(), end[SAMPLED + 1 :: 3].sum() - start[SAMPLED + 1 :: 3].sum()
             booked = {name: float(lost) for name, lost in zip(BOOKED, end[2:SAMPLED], strict=True)}
             found = found._replace(final=float(final), work=float(work), booked=booked)
+        found = found._replace(by_contact=readout.losses(self.assembly, found.booked["contact"]))
         if early is None:
             return found
         booked = found.booked | {name: found.booked[name] - getattr(early, name) for name in ("ends", "damping")}
@@ -193,7 +198,7 @@ class RecordedHistory(AbstractRecordedHistory):
         return readout.memories(self.assembly)
 
     def __getstate__(self) -> dict[str, Any]:
-        _ = self._joined_impulses, self._memories, self._ends, self.load_impulses
+        _ = self._joined_impulses, self._memories, self._ends, self.load_impulses, self._energy_ends
         return super().__getstate__() | {"recorded": dict(self.recorded)}
 
     def snapshots(self) -> Array:
@@ -267,12 +272,14 @@ class RecordedHistory(AbstractRecordedHistory):
         """
         assembly, early = self.assembly, self._integrator.momentum_early * self.assembly.dt
         goes_on = self.duration > assembly.clock.time + ON_STEP * assembly.dt
-        beside = early != 0.0 or goes_on or self._late_closings.crossed
+        beside = early != 0.0 or goes_on or self._last_steps.crossed
         around = self._around if beside and not self._up_to_last_step else None
         if around is None:  # momenta there lie on a line within the last step
             return given - (assembly.clock.time - early - self.duration) * force
-        at_start = assembly.layout.plan.start_forces.get(number, 0.0)
-        return around.impulse(self.duration, assembly.layout.column_of(number), given, early, at_start)
+        at_start, place = assembly.layout.plan.start_forces.get(number, 0.0), assembly.layout.places[number]
+        solved, column = place < len(assembly.contacts), assembly.layout.column_of(number)
+        before = given - force * assembly.dt - (assembly.contacts[place].impulse if solved else 0.0)
+        return around.impulse(self.duration, column, place if solved else None, before, early, at_start)
 
     def _before_start(self, number: int) -> float:
         """Return the impulse of a contact that belongs before t = 0 [N s].
@@ -296,19 +303,19 @@ class RecordedHistory(AbstractRecordedHistory):
         return max(peak, self._force_at_end(number))
 
     def _force_at_end(self, number: int) -> float:
-        """Return the force of a closed contact at the end of the run [N].
+        """Return the force of a closed contact at the end of the run [N], that of its channel.
 
-        At the front of a wave along beads it may rise by some per cent in a step.
+        Of leapfrog, which knows forces up to the start of the last step, it follows from the overlap: at the front of a
+        wave along beads it may rise by some per cent in a step.
         """
         layout, contact = self.assembly.layout, self.scene.contacts[number].name
         power = self.assembly.acting.laws[contact].power_force(layout.plan.starts[number])
-        if power is None:
+        if power is None or self._integrator.load_point > 0.0:
             return self.at_end(f"force:{contact}")
-        place = layout.column_of(number) - layout.first_bead_force
-        last = self._channels.record[-2:]
-        gap = np.interp(self.duration, last[:, 0], last[:, layout.column_of(number) + 1])
-        overlap = max(0.0, -float(gap if place < 0 else self._last_bead_gaps[place]))
-        return float(power.stiffness * overlap**power.exponent)
+        column, last = layout.column_of(number), self._channels.record[-2:]
+        place = column - layout.first_bead_force
+        gap = np.interp(self.duration, last[:, 0], last[:, column + 1]) if place < 0 else self._last_bead_gaps[place]
+        return float(power.stiffness * max(0.0, -float(gap)) ** power.exponent)
 
     @cached_property
     def _last_bead_gaps(self) -> Array:

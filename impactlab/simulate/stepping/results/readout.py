@@ -175,6 +175,20 @@ def impulses(assembly: Assembly) -> list[float]:
     return found
 
 
+def losses(assembly: Assembly, booked: float) -> dict[str, float]:
+    """Return the energy lost in each contact that lost any [J], by name.
+
+    All together they have ``booked`` so much up to the end of the run: of the losses of the last step its share counts.
+    """
+    lost = np.array([contact.lost for contact in assembly.contacts])
+    last = np.array([reply.dissipated for reply in assembly.replies])
+    beyond = float(lost.sum()) - booked
+    if last.sum() > 0.0 and beyond > 0.0:
+        lost = lost - beyond * last / last.sum()
+    contacts = assembly.layout.contacts
+    return {contacts[place].name: float(lost[place]) for place in np.flatnonzero(lost).tolist()}
+
+
 def load_impulses(assembly: Assembly) -> dict[str, float]:
     """Return the impulses of loads by body, as the steps took them [N s]."""
     found: dict[str, float] = {}

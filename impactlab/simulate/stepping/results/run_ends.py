@@ -3,9 +3,8 @@
 They are needed where the records lie beside these instants. Leapfrog keeps the velocities of the middle of each step,
 and free ends of delay lines their means over it: the last ones lie half a step before the end. Where a step with a kick
 reaches beyond the end of the run, a line from its start to its end passes through a mixture of both sides. In these
-runs the loop goes on for a step or two in arrays of its own, when a value is first read, and values at the end lie
-on the line through two instants that no kick separates (`beyond_end`). Where events are located, the last step ends
-with the run.
+runs values at the end lie on a line without the kick, which is added as a whole (`beyond_end`). Where events are
+located, the last step ends with the run.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.numerics.banded import multiply
 from impactlab.simulate.channels import Channel
 from impactlab.simulate.stepping.arrays import SAMPLED
-from impactlab.simulate.stepping.results.beyond_end import ON_STEP, LateClosings, RecordsAround, row_of
+from impactlab.simulate.stepping.results.beyond_end import ON_STEP, LastSteps, RecordsAround, row_of
 from impactlab.simulate.stepping.results.recorded_channels import lag_of
 from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.simulate.stepping.setup.layout import PER_CONTACT
@@ -86,8 +85,9 @@ class EndChannels:
         if rate.at_start is not None:
             values = np.concatenate(([rate.at_start], values[1:]))
         if ends is not None:
-            rows = (ends.sample if rate.sampled else ends.record)[:, rate.column]
-            values = np.append(values[kept], ends.at(self.duration, rows, rate.lag, rate.at_start))
+            rows, changes = (ends.sample, ends.sample_changes) if rate.sampled else (ends.record, ends.record_changes)
+            column = rows[:, rate.column], rate.lag, changes[:, rate.column], rate.at_start
+            values = np.append(values[kept], ends.at(self.duration, *column))
         return channel._replace(times=times, values=values)
 
     def _instants_of(self, rate: Rate, recorded: Array, ends: bool) -> tuple[Array, NDArray[np.bool_]]:
@@ -111,7 +111,7 @@ def settled(
     assembly: Assembly,
     integrator: AbstractIntegrator,
     duration: float,
-    touches: LateClosings,
+    touches: LastSteps,
     beyond: Callable[[], RecordsAround | None],
 ) -> EndChannels:
     """Return the ends of a run whose records lie beside its start or its end.
@@ -123,8 +123,8 @@ def settled(
     integrator : AbstractIntegrator
     duration : float
         Where the run ends [s], in its last step.
-    touches : LateClosings
-        Those in its last step.
+    touches : LastSteps
+        Those in its last steps.
     beyond : function
         Gives the records around the end, and is called where they are needed.
     """
@@ -158,7 +158,7 @@ def _sample_at_end(assembly: Assembly, around: RecordsAround, duration: float, l
     Booked losses are at least those of the step before the last one: they never fall, but a step beyond the end may
     lose far more than those with kicks, and the line from there passes below.
     """
-    end = np.asarray(around.at(duration, around.sample, lag))
+    end = np.asarray(around.at(duration, around.sample, lag, around.sample_changes))
     before = assembly.memory.sample[max(assembly.clock.n_samples - 2, 0)]
     end[2:SAMPLED] = np.maximum(end[2:SAMPLED], before[2:SAMPLED])
     return end
@@ -178,7 +178,7 @@ def _load_impulses(
         name, early = names[load.body], whole if load.point != MIDDLE else 0.0
         at_start = float(assembly.memory.load_forces[load.table_start]) if early != 0.0 else 0.0
         if around is not None and early != 0.0:
-            given = float(around.at(duration, around.impulses[:, number], early, early * at_start))
+            given = float(around.at(duration, around.impulses[:, number], early, None, early * at_start))
         else:
             given = load.impulse + (duration - clock.time + early) * load.force
         found[name] = found.get(name, 0.0) + given - early * at_start
