@@ -16,11 +16,12 @@ class Nitsche(AbstractContactLaw):
     """Nitsche's method: F = max(0, S - gap/g), with S from the face's stress.
 
     S is the force that the stress of the rod gives at the face, for two rods the mean. The method is consistent without
-    a multiplier: in the exact solution S is the contact force. Beside F along the gap, theta g (S - F) acts along the
-    row of S, so that the method is the symmetric one (theta = 1), the simple one (0) or the skew one (-1). g =
-    ``gamma`` h/EA, with h the least distance between nodes. Gap and S are taken where the scheme's force acts. The
-    stored energy theta g (F^2 - S^2)/2 may be negative; with the energy of the rod it is positive while
-    g < l/(EA p^2), in elements of length l and order p: gamma < 1 for 2-node bars, 0.27 for any order.
+    a multiplier: in the exact solution S is the contact force. Inner points of a rod, where it is not, are refused.
+    Beside F along the gap, theta g (S - F) acts along the row of S, so that the method is the symmetric one (theta =
+    1), the simple one (0) or the skew one (-1). g = ``gamma`` h/EA, with h the least distance between nodes. Gap and S
+    are taken where the scheme's force acts. The stored energy theta g (F^2 - S^2)/2 may be negative; with the energy of
+    the rod it is positive while g < l/(EA p^2), in elements of length l and order p: gamma < 1 for 2-node bars, 0.27
+    for any order.
 
     References
     ----------

@@ -65,6 +65,16 @@ def value(a: Array, n: int, x: float) -> float:
 
 
 @EXACT_PART
+def within(place: float) -> float:
+    """Return a place in a piece that rounding of times may have left outside of [-1, 1].
+
+    A piece hardly longer than the rounding of time is left by its whole length; there its last coefficients, which are
+    rounding, would grow by orders of magnitude.
+    """
+    return min(max(place, -1.0), 1.0)
+
+
+@EXACT_PART
 def chopped(a: Array, n: int, floor: float) -> int:
     """Return how many coefficients remain when small ones are dropped.
 

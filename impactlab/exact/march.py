@@ -23,7 +23,7 @@ from impactlab.exact.arrays import (
     MarchArrays,
 )
 from impactlab.exact.crossings import next_event
-from impactlab.exact.kernel import MAX_DEPTH, ROOM, chopped, restrict
+from impactlab.exact.kernel import MAX_DEPTH, ROOM, chopped, restrict, within
 from impactlab.exact.merging import joined
 from impactlab.exact.nodes import fill_rows, solve_nodes
 from impactlab.exact.setup.end_loads import next_sample, write_end_loads
@@ -77,7 +77,8 @@ def arrivals(m: MarchArrays, j: int, t0: float, t1: float) -> int:
         else:
             width = stop - begin
             state.work += 2 * n * n
-            n = restrict(trial, n, 2.0 * (t0 - begin) / width - 1.0, 2.0 * (t1 - begin) / width - 1.0, wave)
+            low, high = within(2.0 * (t0 - begin) / width - 1.0), within(2.0 * (t1 - begin) / width - 1.0)
+            n = restrict(trial, n, low, high, wave)
         for k in range(n, ROOM):
             wave[k] = 0.0
         wave[0] += 0.5 * state.gravity * end.transit

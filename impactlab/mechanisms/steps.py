@@ -130,8 +130,11 @@ def factorise(m: Middle, factor: Array, weight: float) -> None:
 
 @PART
 def scale(row: Array) -> None:
-    """Divide a row by the root of its first number, and write the inverse root there."""
-    inverse = 1.0 / math.sqrt(row[0])
+    """Divide a row by the root of its first number, and write the inverse root there.
+
+    NaN where this number is not positive, by rounding: in a trial step far too long, which `adaptive` then shortens.
+    """
+    inverse = 1.0 / math.sqrt(row[0]) if row[0] > 0.0 else math.nan
     for j in range(row.size):
         row[j] *= inverse
     row[0] = inverse

@@ -6,7 +6,7 @@ import numpy as np
 
 from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.batch.pattern import Pattern
-from impactlab.exact.kernel import ROOM, chopped, restrict, value
+from impactlab.exact.kernel import ROOM, chopped, restrict, value, within
 from impactlab.numerics.compiling import EXACT_PART
 from impactlab.types import Array
 
@@ -34,7 +34,7 @@ def row_at(m: MarchArrays, j: int, row: int, t: float) -> float:
     """Return a row of junction j at time t."""
     piece = m.pieces[piece_at(m, j, t)]
     at = piece.offset + row * piece.size
-    y = (2.0 * t - piece.start - piece.stop) / (piece.stop - piece.start)
+    y = within((2.0 * t - piece.start - piece.stop) / (piece.stop - piece.start))
     return float(value(m.pool[at : at + piece.size], piece.size, y))
 
 
@@ -75,8 +75,8 @@ def integral(m: MarchArrays, j: int, row: int, t0: float, t1: float, square: boo
         at, half = piece.offset + row * piece.size, 0.5 * (piece.stop - piece.start)
         a = m.pool[at : at + piece.size]
         n = chopped(a, piece.size, 0.0)
-        low = (t0 - piece.start) / half - 1.0 if r == first else -1.0
-        high = 1.0 - (piece.stop - t1) / half if r == last else 1.0
+        low = within((t0 - piece.start) / half - 1.0) if r == first else -1.0
+        high = within(1.0 - (piece.stop - t1) / half) if r == last else 1.0
         if n == 1:
             total += half * (high - low) * (a[0] * a[0] if square else a[0])
         elif low == -1.0 and high == 1.0:

@@ -90,10 +90,14 @@ class Signal:
         """Return the number of the piece of every time."""
         return np.minimum(np.searchsorted(self.stop, t + self.tolerance, side="right"), len(self.stop) - 1)
 
+    def places(self, piece: Ints, t: Array) -> Array:
+        """Return the places of times in their pieces, in [-1, 1] (see `impactlab.exact.kernel.within`)."""
+        return np.clip((2.0 * t - self.start[piece] - self.stop[piece]) / self.width[piece], -1.0, 1.0)
+
     def __call__(self, t: Array) -> Array:
         """Return the values at t [s], any shape; at a jump the value after it."""
         piece = self.pieces(t)
-        return clenshaw(self.table, piece, (2.0 * t - self.start[piece] - self.stop[piece]) / self.width[piece])
+        return clenshaw(self.table, piece, self.places(piece, t))
 
     def jumps(self, floor: float) -> Array:
         """Return the breaks at which the signal jumps by more than the floor [s]."""
@@ -130,8 +134,7 @@ class Signal:
         """
         _, whole = self._wholes(square)
         piece = self.pieces(t)
-        y = (2.0 * t - self.start[piece] - self.stop[piece]) / self.width[piece]
-        return np.asarray(whole[piece] + self._gauss(piece, y, square))
+        return np.asarray(whole[piece] + self._gauss(piece, self.places(piece, t), square))
 
     def between(self, t0: Array, t1: Array) -> Array:
         """Return the integrals of the square from t0 to t1, shape of both (n,).
@@ -144,8 +147,7 @@ class Signal:
         ends = np.stack([first, np.maximum(last, first + 1)], axis=1).ravel()
         sums = np.add.reduceat(np.append(each, 0.0), ends)[::2]
         sums = np.where(last > first, sums, 0.0)
-        y0 = (2.0 * t0 - self.start[first] - self.stop[first]) / self.width[first]
-        y1 = (2.0 * t1 - self.start[last] - self.stop[last]) / self.width[last]
+        y0, y1 = self.places(first, t0), self.places(last, t1)
         return np.asarray(sums - self._gauss(first, y0, True) + self._gauss(last, y1, True))
 
     def _wholes(self, square: bool) -> tuple[Array, Array]:

@@ -19,6 +19,7 @@ from impactlab.exact.kernel import (
     chopped,
     integrate,
     restrict,
+    within,
 )
 from impactlab.exact.nodes import group_nodes, tail
 from impactlab.exact.tangents.arrays import (
@@ -93,7 +94,7 @@ def arriving(m: MarchArrays, d: TangentArrays, q: int, j: int, t0: float, t1: fl
         if n > 1 and (abs(low + 1.0) > slack or abs(high - 1.0) > slack):
             for k in range(n):
                 trial[k] = d.pool[at + k]
-            n = restrict(trial, n, low, high, wave)
+            n = restrict(trial, n, within(low), within(high), wave)
         else:
             for k in range(n):
                 wave[k] = d.pool[at + k]

@@ -44,7 +44,7 @@ class MovingSignal:
     def places(self, t: Array) -> tuple[Ints, Array]:
         """Return the piece of each time, and the place in it."""
         piece = np.minimum(np.searchsorted(self.stop, t + self.tolerance, side="right"), len(self.stop) - 1)
-        return piece, (2.0 * t - self.start[piece] - self.stop[piece]) / self.width[piece]
+        return piece, np.clip((2.0 * t - self.start[piece] - self.stop[piece]) / self.width[piece], -1.0, 1.0)
 
     def label(self, piece: Ints, y: Array) -> Array:
         """Return the derivative of the time at a place of a piece."""

@@ -338,11 +338,10 @@ def _check_pushed(
     text, remedy = "", "Use finite_element, or modal with basis craig_bampton."
     left_out = abs(model.left_out(x, quantity, point.x))
     largest = np.abs(model.row(0.5 * scene.bodies[point.body].length, quantity)).max(initial=0.0)
-    if quantity == "force" and facts_at(scene, point, math.nan).end == "force":
-        text = (
-            "the law takes the internal force at the face for the contact force, and another force "
-            f"acts at {point.label}"
-        )
+    end = facts_at(scene, point, math.nan).end if quantity == "force" else ""
+    if end in ("force", "inner"):
+        other = "another force acts at" if end == "force" else "the rod goes on beyond the inner point"
+        text = f"the law takes the internal force at the face for the contact force, and {other} {point.label}"
         remedy = "Use addition_deletion or penalty."
     elif np.abs(model.row(x, quantity)).max(initial=0.0) <= 1e-9 * largest:
         text = f"the law uses the {quantity} at the face, which is zero in all coordinates of '{point.body}'"
