@@ -126,7 +126,7 @@ def test_a_key_of_the_contact_given_to_its_law_is_named_as_such(key: str, value:
 def test_nitsche_refuses_an_inner_point_of_a_rod() -> None:
     """Its force is a jump of the internal force; with the mean of the two a scene and its mirror image differed."""
     between, law = ["hammer", "rod.at(0.1)"], {"kind": "nitsche"}
-    case = il.load_case(AXIAL).with_settings({"contacts.0.between": between, "contacts.0.law": law})
+    case = il.load_case("axial_impact").with_settings({"contacts.0.between": between, "contacts.0.law": law})
     with pytest.raises(PairingError, match=r"goes on beyond the inner point rod\.at\(0\.1\)") as caught:
         il.run(case.with_("solve.model", {"kind": "finite_element", "elements": 30}))
     assert "addition_deletion" in caught.value.remedy
