@@ -32,7 +32,7 @@ from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.numerics.addresses import COMPILED, entered_with_table
 from impactlab.numerics.raised import keep_raised
 from impactlab.simulate.stepping import event_times, loop
-from impactlab.simulate.stepping.arrays import FORCE, GAP, SAMPLED, StepArrays
+from impactlab.simulate.stepping.arrays import GAP, PEAK, SAMPLED, StepArrays
 from impactlab.simulate.stepping.end_loads import ON_GRID
 from impactlab.simulate.stepping.loop import DONE, advance_dated
 from impactlab.simulate.stepping.setup.assembly import Assembly
@@ -305,8 +305,8 @@ def _beyond(assembly: Assembly, integrator: AbstractIntegrator, last: LastSteps)
         if not contact.joined and (not touching or last.parted[LAST, place] != 0.0):
             apart.add(place)
     _keep_apart(other, apart)
-    at_rest = assembly.slots[other.memory.bead_contacts[FORCE, assembly.slots] == 0.0]
-    other.memory.bead_contacts[GAP, at_rest] += _out_of_reach(assembly)
+    apart_beads = assembly.slots[other.memory.bead_contacts[PEAK, assembly.slots] == 0.0]  # 0 of open contacts
+    other.memory.bead_contacts[GAP, apart_beads] += _out_of_reach(assembly)
     if not _advanced(other, assembly.steps + 1):
         return None
     for place in last.late:  # it was let go of, which books the energy that a law has stored
