@@ -45,7 +45,7 @@ not eight rows at a time as the package does.
 {loop}
 
 The ratios depend on the processor. With 100 elements they were 2.7 on an Intel Xeon with registers of 512 bits, 2.2 to
-3.8 on an AMD EPYC with registers of 256 bits and 3.3 to 3.5 on a newer one with 512 bits, whose best loop takes half as
+3.8 on an AMD EPYC with registers of 256 bits and 3.2 to 3.5 on a newer one with 512 bits, whose best loop takes half as
 long; with 400 elements 1.5 to 1.7. Two parts have no counterpart in the best loop: energies and momenta at some 200
 instants (20 to 40 ns of each step), and a law that is called by its address and passed every field that any law may
 read, with its records and events (35 to 60 ns while a contact is closed).
