@@ -33,6 +33,9 @@ that holds the time reached and the history so far. Anything else is a violation
 not finite, momentum that does not balance, energy gained without a warning, or an error above {100 * ERROR_WARN:.0f} %
 of displacement or impulse without a warning.
 """
+SEVERAL = """Refusals were measured again with newer code than other rows. In those, some runs that more than doubled
+their energy completed with a warning; they fail now.
+"""  # of a table with rows of several versions: `--run` measures all of them again
 TIME_LIMIT = 300  # s of a row, from which it has hung: the longest takes half a minute where nothing else runs
 
 
@@ -53,9 +56,10 @@ def store(source: Path, table: Path) -> None:
 
 def page(rows: Sequence[Row]) -> str:
     """Return the text of the page."""
-    made = ", ".join(sorted({row.code for row in rows}))
+    codes = sorted({row.code for row in rows})
+    several = f"{SEVERAL}\n" if len(codes) > 1 else ""
     with_ = ", ".join(sorted({f"Python {row.python}, numpy {row.numpy}, numba {row.numba}" for row in rows}))
-    return f"{HEAD}\nCode {made}; {with_}.\n\n{markdown(report(rows))}"
+    return f"{HEAD}\nCode {', '.join(codes)}; {with_}.\n\n{several}{markdown(report(rows))}"
 
 
 def text(_: str) -> str:

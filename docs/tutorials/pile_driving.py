@@ -4,7 +4,7 @@ Driving a pile
 
 A ram falls on a cushion; below it are a cap, a concrete pile and the toe. How large is
 the stress at the head, and where does tension crack the pile? The one-dimensional wave
-equation answers this, exactly, for one blow and a linear toe.
+equation gives both, exactly, for one blow and a linear toe.
 """
 
 # %%

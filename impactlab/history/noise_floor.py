@@ -68,7 +68,12 @@ def share_of(steps: float) -> float:
 
 
 def above_noise(
-    scene: Scene, method: Method, events: Sequence[Event], spans: Sequence[ContactSpan], steps: float = 0.0
+    scene: Scene,
+    method: Method,
+    events: Sequence[Event],
+    spans: Sequence[ContactSpan],
+    steps: float = 0.0,
+    reached: float | None = None,
 ) -> Found:
     """Return events and spans of a run without noise, in order of time.
 
@@ -82,6 +87,8 @@ def above_noise(
         All that were found, in order of time; a span begins and ends with the events of its contact.
     steps : float, optional
         How many steps the duration has; 0 where there are none.
+    reached : float, optional
+        End of a run that may have stopped early [s]; the duration of the scene if not given.
     """
     if not spans and not events:
         return (), ()
@@ -94,14 +101,15 @@ def above_noise(
     floors = _floors(spans, share_of(steps), reach)
     if not _any_noise(events, spans, floors):
         return tuple(sorted(events, key=lambda event: event.time)), tuple(sorted(spans, key=lambda span: span.start))
+    until = scene.duration if reached is None else reached
     kept: list[ContactSpan] = []
     begins: dict[Key, float | None] = {}  # where spans begin; None of one that is noise
     kicks = _of_contacts(event for event in events if event.kind == "impulse")
     for name, found in _of_contacts(sorted(spans, key=lambda each: each.start)).items():
         floor = floors[name]
-        real = _real(found, floor, scene.duration)
+        real = _real(found, floor, until)
         begins.update((_key(span), None) for span in found)
-        begins.update((_key(span), max(span.start, min(floor.arrival, span.end or floor.arrival))) for span in real)
+        begins.update((_key(span), max(span.start, min(floor.arrival, span.until(until)))) for span in real)
         own = kicks.get(name, ())
         kept += [_without_small_kicks(span, own, floor) for span in _with_impulses(found, real, begins)]
     left = tuple(event for *_, event in sorted(_events(events, begins, floors), key=lambda found: found[:2]))

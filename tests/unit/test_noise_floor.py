@@ -106,6 +106,15 @@ def test_contacts_with_a_gap_close_in_free_flight_or_by_a_wave() -> None:
     assert first_arrivals(*linked)["a.right|b.left"] == 0.0
 
 
+def test_an_early_contact_of_a_run_that_diverged_begins_within_the_run() -> None:
+    """It began with the wave, after the end of the run: warnings read the gap there, and the run was refused."""
+    scene = apart(chain(*DESCRIPTIONS["exact"]), 1e-3, 2e-3)  # a flies for 1e-4 s
+    found = touches("a.right|b.left", (0.5e-4, None, 1.0))
+    events, spans = above_noise(*scene, *found, reached=0.8e-4)
+    assert [event.time for event in events] == [span.start for span in spans] == [0.8e-4]
+    assert [event.time for event in above_noise(*scene, *found)[0]] == [pytest.approx(1e-4, rel=2e-3)]
+
+
 def test_waves_reach_contacts_at_rest_over_the_way_between_them() -> None:
     scene = chain(*DESCRIPTIONS["exact"])
     assert first_arrivals(*scene) == {

@@ -53,7 +53,8 @@ class AdaptiveHistory(AbstractRecordedHistory):
         for number, probe in enumerate(self._record.probes):
             self.recorded[probe.channel] = Channel(times, table[:, 1 + 2 * len(contacts) + number], False)
         events.sort(key=lambda event: event.time)
-        self.events, self.contacts = above_noise(system.scene, system.method, events, spans)
+        reached = self.duration
+        self.events, self.contacts = above_noise(system.scene, system.method, events, spans, reached=reached)
         samples = self._record.samples
         sampled, work = np.array([each.time for each in samples]), np.array([each.work for each in samples])
         losses = np.maximum.accumulate([each.lost for each in samples])  # an interpolant may dip by its tolerance

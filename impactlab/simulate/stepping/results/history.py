@@ -393,4 +393,5 @@ class RecordedHistory(AbstractRecordedHistory):
                 spans.append(ContactSpan(name, given[0][0], given[-1][0], total, None, given[0][1], len(given)))
         spans = readout.with_forces_at_start(assembly, spans)
         events.sort(key=lambda event: event.time)
-        return above_noise(self.scene, assembly.method, events, spans, self.duration / assembly.dt)
+        steps = self.duration / assembly.dt
+        return above_noise(self.scene, assembly.method, events, spans, steps, self.duration)
