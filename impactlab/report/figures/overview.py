@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from impactlab.printing import counted
 from impactlab.report.figures.named_contacts import with_figures
 from impactlab.report.figures.signals import in_words, named
 from impactlab.report.figures.style import (
@@ -100,8 +101,7 @@ def _spans(axis: Axes, trace: Trace, scene: Scene, contacts: Sequence[str], row:
     impulsive = any(span.kicks is not None for span in spans) or not bars
     if kicks and impulsive:
         axis.vlines(kicks, row - 0.31, row + 0.31, color=trace.colour, linewidth=0.7)
-    number, noun = (len(kicks), "kick") if kicks and impulsive else (len(bars), "contact")
-    text = f"{number} {noun}{'' if number == 1 else 's'}"
+    text = counted(len(kicks), "kick") if kicks and impulsive else counted(len(bars), "contact")
     axis.text(1.015, row, text, transform=axis.get_yaxis_transform(), va="center", fontsize=8, color=MUTED)
 
 
