@@ -30,6 +30,11 @@ class Cell(NamedTuple):
     settings: dict[str, Any]  # dotted path -> value: under ``methods`` of the case they make the same run
     key: str
 
+    @property
+    def row_id(self) -> tuple[str, str, str, int]:
+        """Case, variant, method and level: one row of a table has them."""
+        return self.case, self.variant, self.method, self.level
+
 
 class Job(NamedTuple):
     """The work of one cell, with the scene as it was read for its key."""

@@ -37,14 +37,10 @@ def places_of(
         if not error or cell.case not in by_name:
             continue
         file = str(by_name[cell.case])
-        written = read.get(file) or read.setdefault(file, load_case(file))
-        found[row_of(cell)] = Place(file, _line(written, cell, error.get("path") or ""))
+        if file not in read:
+            read[file] = load_case(file)
+        found[cell.row_id] = Place(file, _line(read[file], cell, error.get("path") or ""))
     return found
-
-
-def row_of(cell: Cell) -> tuple[str, str, str, int]:
-    """Return case, variant, method and level of a cell."""
-    return cell.case, cell.variant, cell.method, cell.level
 
 
 def _line(written: Case, cell: Cell, path: str) -> int | None:

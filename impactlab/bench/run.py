@@ -14,13 +14,14 @@ from impactlab.bench import table, worker
 from impactlab.bench.cells import Cell, Job, cells, laws_left_out
 from impactlab.bench.environment import described, environment
 from impactlab.bench.grid import Family
-from impactlab.bench.places import places_of, row_of
+from impactlab.bench.places import places_of
 from impactlab.bench.references import lose
 from impactlab.bench.rows import VERSION, ended
 from impactlab.bench.store import Store, opened
 from impactlab.errors import CaseError
 from impactlab.jobs.process_pool import Outcome, outcomes
 from impactlab.jobs.sources import code_hash
+from impactlab.printing import counted
 from impactlab.report.summary import has_numbers
 
 Show = Callable[[str, float], None]
@@ -33,7 +34,7 @@ class Options:
     """How a bench is run."""
 
     workers: int = 1  # processes that run rows; 0 for one per core; times are always taken by one alone
-    repeats: int = 9  # of a timed run, at most
+    repeats: int = worker.MAX_REPEATS  # of a timed run, at most
     timing: bool = True
     limit: float = 60.0  # s of a row
 
@@ -59,7 +60,7 @@ class Bench(NamedTuple):
         for cell in self.cells:
             error = self.records[cell.key]["summary"].get("error") or {}
             if error.get("text"):
-                words = (str(self.places.get(row_of(cell), "")), f"method {cell.method}", error["path"], error["text"])
+                words = (str(self.places.get(cell.row_id, "")), f"method {cell.method}", error["path"], error["text"])
                 return ": ".join(filter(None, words))
         return ""
 
@@ -115,7 +116,7 @@ def bench(
         records = {key: record for key, record in kept.items() if record is not None}
         missing = [job for key, job in jobs.items() if key not in records]
         scenes = len({(c.case, c.variant) for c in found})
-        say(f"{len(found)} rows of {scenes} scene{'' if scenes == 1 else 's'}: {len(missing)} runs to do")
+        say(f"{len(found)} rows of {counted(scenes, 'scene')}: {len(missing)} runs to do")
         for text in laws_left_out(found, families, suite):
             say(text)
         _find_references(store, missing, options, show)

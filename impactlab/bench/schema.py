@@ -154,7 +154,9 @@ def setting(block: Any, path: str) -> Any:
 
     The blocks may be nested in any way; None without a value.
     """
-    if not isinstance(block, dict) or path in block:
-        return block.get(path) if isinstance(block, dict) else None
+    if not isinstance(block, dict):
+        return None
+    if path in block:
+        return block[path]
     inner = (setting(value, path[len(key) + 1 :]) for key, value in block.items() if path.startswith(f"{key}."))
     return next((value for value in inner if value is not None), None)

@@ -62,7 +62,7 @@ class Store:
         """Write a document of the folder."""
         self.write(name, json.dumps(data, indent=1, sort_keys=sort_keys, ensure_ascii=False) + "\n")
 
-    def sweep(self) -> None:
+    def delete_drafts(self) -> None:
         """Delete the drafts of benches that were killed."""
         for path in self.folder.rglob(f"*{DRAFT}"):
             path.unlink(missing_ok=True)
@@ -96,7 +96,7 @@ def opened(folder: Path) -> Iterator[Store]:
         store = Store(folder)
         for name in ("rows", "times"):
             (folder / name).mkdir(exist_ok=True)
-        store.sweep()
+        store.delete_drafts()
         store.session.mkdir()
         try:
             yield store

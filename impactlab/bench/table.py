@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from impactlab.bench.cells import Cell
-from impactlab.bench.places import Place, row_of
+from impactlab.bench.places import Place
 from impactlab.bench.schema import BASE, columns
 from impactlab.report.summary import has_numbers
 
@@ -63,7 +63,7 @@ def document(
     for cell in _recorded(cells, records):
         label = cell.case if cell.variant == BASE else f"{cell.case}/{cell.variant}"
         summary = {**records[cell.key]["summary"], "case": label}
-        if summary.get("error") and places and (place := places.get(row_of(cell))):
+        if summary.get("error") and places and (place := places.get(cell.row_id)):
             summary["error"] = summary["error"] | place._asdict()
         listed.append({**cell._asdict(), "times": times.get(cell.key), "summary": summary})
     return {"schema_version": 1, "suite": suite, "rows": listed}

@@ -17,7 +17,7 @@ from impactlab.casefile.infinite_ends import check_rest
 from impactlab.casefile.instruments import probe_of
 from impactlab.casefile.joined import points_of
 from impactlab.casefile.mechanism_parts import chains_of, parts_of, placed
-from impactlab.casefile.mechanisms import gravity_of, links_of, mechanism_body, vector
+from impactlab.casefile.mechanisms import gravity_of, gravity_vector, links_of, mechanism_body
 from impactlab.casefile.parts import read_part
 from impactlab.casefile.schema import CaseBlock, Frames, MassBlock, RoundTrips
 from impactlab.casefile.turning import turning
@@ -42,10 +42,8 @@ BY_STEPS = (
 )
 
 
-def build(case: CaseBlock, row: AllContacts, name: str, registry: Registry) -> Simulation:
+def build(case: CaseBlock, all_contacts: AllContacts, name: str, registry: Registry) -> Simulation:
     """Return the scene and the method of a checked case.
-
-    The contacts of the case are ``row``.
 
     Raises
     ------
@@ -55,10 +53,11 @@ def build(case: CaseBlock, row: AllContacts, name: str, registry: Registry) -> S
         If a parameter of a part is wrong, or a snapshot lies outside the run.
     """
     models = _models(case, registry)
-    parts = parts_of(case, vector(case.gravity), registry)
-    by_block = [_contacts(contact, parts) for contact in row.contacts]
+    parts = parts_of(case, gravity_vector(case.gravity), registry)
+    by_block = [_contacts(contact, parts) for contact in all_contacts.contacts]
     contacts = tuple(contact for each in by_block for contact in each)
-    bodies = _bodies(case, contacts, parts)
+    gravity = gravity_of(case)
+    bodies = _bodies(case, contacts, parts, gravity)
     laws = _laws(case, by_block, registry)
     round_trip = _round_trip(case, bodies)
     given = case.solve.duration
@@ -72,7 +71,7 @@ def build(case: CaseBlock, row: AllContacts, name: str, registry: Registry) -> S
         contacts=contacts,
         duration=duration,
         records=case.solve.records,
-        gravity=gravity_of(case),
+        gravity=gravity,
         probes=tuple(probe_of(block, case.bodies[block.body]) for block in case.probes),
         snapshots=snapshots,
         frames=frames,
@@ -85,8 +84,10 @@ def build(case: CaseBlock, row: AllContacts, name: str, registry: Registry) -> S
     return Simulation(scene, _method(case, laws, models, registry))
 
 
-def _bodies(case: CaseBlock, contacts: tuple[Contact, ...], parts: Mapping[str, PartMechanism]) -> dict[str, Body]:
-    """Return all bodies by name.
+def _bodies(
+    case: CaseBlock, contacts: tuple[Contact, ...], parts: Mapping[str, PartMechanism], gravity: float
+) -> dict[str, Body]:
+    """Return all bodies by name, under a gravity [m/s2].
 
     Mechanisms take the place of their links; those of plugins are added.
     """
@@ -94,10 +95,9 @@ def _bodies(case: CaseBlock, contacts: tuple[Contact, ...], parts: Mapping[str, 
     bodies = turning(case, {label: _body(case, label) for label in case.bodies if label not in links}, contacts)
     chains = {label: mechanism_body(case, label, marks_of(case, label)) for label in chains_of(case)}
     bodies = {**bodies, **chains, **parts}
-    elastic = [body.elastic for body in bodies.values() if body.elastic is not None and body.name in case.bodies]
-    gravity = gravity_of(case) if elastic else 0.0
-    for body in elastic:
-        check_rest(case, body, gravity)
+    for body in bodies.values():
+        if body.elastic is not None and body.name in case.bodies:
+            check_rest(case, body.elastic, gravity)
     return bodies
 
 
@@ -156,13 +156,13 @@ def _method(
     if case.solve.tolerance is not None:
         counted: Any = tuple(dict.fromkeys(case.solve.tolerance_on))
         return Method(laws, tolerance=Tolerance(case.solve.tolerance, counted))
-    step, events = case.solve.step, case.solve.events
+    step = case.solve.step
     return Method(
         laws,
         models,
         integrator=_integrator(case, models, registry),
         step=StepRule(points_per_period=step.points_per_period, dt=step.dt, courant=step.courant),
-        events=events,
+        events=case.solve.events,
     )
 
 
@@ -182,7 +182,7 @@ def part_faults(data: Mapping[str, Any], registry: Registry) -> list[ImpactlabEr
             for name, block in (models if isinstance(models, dict) else {}).items()
         ]
     found = []
-    seen = set()
+    seen = set[int]()
     for block, path, group in named:
         if isinstance(block, dict) and isinstance(block.get("kind"), str) and id(block) not in seen:
             seen.add(id(block))  # one for all contacts made from a block
@@ -195,9 +195,11 @@ def part_faults(data: Mapping[str, Any], registry: Registry) -> list[ImpactlabEr
 
 def _models(case: CaseBlock, registry: Registry) -> dict[str, AbstractRodModel]:
     """Return the models of rods and beams by name; none under a tolerance, which finds them."""
+    if case.solve.tolerance is not None:
+        return {}
     models = {}
     for name, block in case.bodies.items():
-        if case.solve.tolerance is None and isinstance(block, ElasticBlock):
+        if isinstance(block, ElasticBlock):
             path = f"solve.models.{name}" if name in case.solve.models else "solve.model"
             models[name] = read_part(case.solve.models.get(name, case.solve.model), path, MODELS, registry)
     return models
@@ -212,10 +214,10 @@ def _body(case: CaseBlock, name: str) -> Body:
     return block.body(name, lever_arm_of(case, name) if isinstance(block, ShaftBlock) else 1.0)
 
 
-def _contacts(given: CaseContact, parts: Mapping[str, PartMechanism]) -> list[Contact]:
+def _contacts(contact: CaseContact, parts: Mapping[str, PartMechanism]) -> list[Contact]:
     """Return the contact of a block, or those of its pieces along a body."""
-    block, faces = given.block, given.faces
-    paths = [f"contacts.{given.number}.between.{side}" for side in (0, 1)]
+    block, faces = contact.block, contact.faces
+    paths = [f"contacts.{contact.number}.between.{side}" for side in (0, 1)]
     group = block.name or ("|".join(face.point.label for face in faces) if block.pieces is not None else "")
     found = []
     for points in points_of(*faces, block.pieces or 1):
@@ -228,7 +230,7 @@ def _law(case: CaseBlock, number: int, registry: Registry) -> AbstractContactLaw
     """Return the law of a contact; under a tolerance one without a law is hard."""
     block = case.contacts[number]
     path = f"contacts.{number}.law"
-    law = read_part(block.law or HARD_CONTACT, path, LAWS, registry)
+    law: AbstractContactLaw = read_part(block.law or HARD_CONTACT, path, LAWS, registry)
     if case.solve.tolerance is not None:
         _refuse_relative(law, block.law or HARD_CONTACT, path)
         if law.two_sided and law.branches() is None:
@@ -238,11 +240,10 @@ def _law(case: CaseBlock, number: int, registry: Registry) -> AbstractContactLaw
                 remedy=f"{law.exact_remedy}, or {BY_STEPS}" if law.exact_remedy else f"Give {BY_STEPS}",
                 path=path,
             )
-    made: AbstractContactLaw = law
     if block.pieces is None:
-        return made
+        return law
     try:
-        return made.divided(block.pieces)
+        return law.divided(block.pieces)
     except PairingError as error:
         error.path = path
         raise
@@ -273,10 +274,7 @@ def _refuse_relative(law: Any, given: Mapping[str, Any], path: str) -> None:
 
 
 def _integrator(case: CaseBlock, models: Mapping[str, AbstractRodModel], registry: Registry) -> Any:
-    """Return the integrator; None where no body needs one.
-
-    It must then not be given, and no rod or beam may need it.
-    """
+    """Return the integrator; None where the case names none and every rod and beam has an exact model."""
     if case.solve.integrator is not None:
         return read_part(case.solve.integrator, "solve.integrator", INTEGRATORS, registry)
     if case.mechanisms:

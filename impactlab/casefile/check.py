@@ -48,21 +48,21 @@ def check(case: CaseBlock, registry: Registry) -> AllContacts:
     follow(check_mechanisms, case)
     if faults:
         raise combined(faults)
-    row = AllContacts()
+    found = AllContacts()
     for number in range(len(case.contacts)):
-        follow(_add_contact, row, case, number, registry)
+        follow(_add_contact, found, case, number, registry)
     for check_contact in RULES_OF_CONTACTS:
-        for contact in row.contacts:
+        for contact in found.contacts:
             follow(check_contact, contact)
     for check_case in (check_bonds, *RULES):
         follow(check_case, case)
     if faults:
         raise combined(faults)
-    return row
+    return found
 
 
-def _add_contact(row: AllContacts, case: CaseBlock, number: int, registry: Registry) -> None:
-    row.contacts.append(contact_of(case, number, row, is_joined(case.contacts[number], registry)))
+def _add_contact(found: AllContacts, case: CaseBlock, number: int, registry: Registry) -> None:
+    found.contacts.append(contact_of(case, number, found, is_joined(case.contacts[number], registry)))
 
 
 def reference_rod(case: CaseBlock) -> str | None:

@@ -85,8 +85,8 @@ class CaseContact(NamedTuple):
     number: int
     faces: Faces
     bodies: tuple[Any, Any]  # their blocks: of a body, or of a mechanism
-    row: AllContacts  # all contacts
-    joined: bool = False  # whether it is a link
+    all_contacts: AllContacts
+    joined: bool  # whether it is a link
 
     @property
     def block(self) -> ContactBlock:
@@ -108,12 +108,12 @@ def faces_of(case: CaseBlock, number: int) -> Faces:
 
 def _on_link(case: CaseBlock, number: int, place: int, face: Face) -> Face:
     """Return a face of a link as a numbered place of its mechanism."""
-    link = links_of(case).get(face.body)
+    links = links_of(case)
+    link = links.get(face.body)
     if link is None:
         return face
-    texts = [(at, side, text) for at, block in enumerate(case.contacts) for side, text in enumerate(block.between)]
-    before = [text for at, side, text in texts if (at, side) < (number, place)]
-    links = links_of(case)
+    texts = [text for block in case.contacts for text in block.between]
+    before = texts[: 2 * number + place]
     count = sum(getattr(links.get(name_in(text)), "mechanism", None) == link.mechanism for text in before)
     return face._replace(point=Point(link.mechanism, float(count), face.point.label))
 
@@ -169,11 +169,11 @@ def links_meet_others(contact: CaseContact) -> None:
             )
 
 
-def contact_of(case: CaseBlock, number: int, row: AllContacts, joined: bool) -> CaseContact:
+def contact_of(case: CaseBlock, number: int, all_contacts: AllContacts, joined: bool) -> CaseContact:
     """Return a contact with its faces and bodies; raise `CaseError` on a wrong name."""
     faces = faces_of(case, number)
     left, right = (case.bodies.get(name) or case.mechanisms[name] for name in faces.names)
-    return CaseContact(case, number, faces, (left, right), row, joined)
+    return CaseContact(case, number, faces, (left, right), all_contacts, joined)
 
 
 def lever_arm_of(case: CaseBlock, name: str) -> float:
@@ -190,7 +190,7 @@ def joins_two_bodies(contact: CaseContact) -> None:
     if all(isinstance(body, WallBlock) for body in contact.bodies):
         text = f"{left!r} and {right!r} are walls and never move"
         raise contact.refused(text, "A contact needs a body that moves: a rod, a beam, a shaft or a mass.")
-    first = contact.row.first[_labels(contact)]
+    first = contact.all_contacts.first[_labels(contact)]
     if first < contact.number:
         labels = " and ".join(face.point.label for face in contact.faces)
         remedy = "Remove one of the two contacts; for play on both sides of a joint give one contact the law slack."
@@ -267,7 +267,7 @@ def stops_have_clearance(contact: CaseContact) -> None:
         if not (isinstance(contact.bodies[place], BeamBlock) and isinstance(contact.bodies[1 - place], WallBlock)):
             continue
         beam, stop = contact.faces[place].point, contact.faces[1 - place].point.body
-        for other in contact.row.stops.get((1 - place, beam.body, beam.x), []):
+        for other in contact.all_contacts.stops.get((1 - place, beam.body, beam.x), []):
             room = other.block.gap + contact.block.gap
             if other.number < contact.number and room < 0.0:
                 stops = [(other.block.gap, other.faces[place].point.body), (contact.block.gap, stop)]
@@ -348,10 +348,10 @@ def order_is_possible(contact: CaseContact) -> None:
     An example is a left of b, b left of a; walls may stand on both sides.
     """
     left, right = contact.faces.names
-    if left == right or not contact.row.has_ring or not _orders(contact):
+    if left == right or not contact.all_contacts.has_ring or not _orders(contact):
         return
     right_of: dict[str, set[str]] = {}
-    for other in filter(_orders, (each for each in contact.row.contacts if each.number < contact.number)):
+    for other in filter(_orders, (each for each in contact.all_contacts.contacts if each.number < contact.number)):
         right_of.setdefault(other.faces.names[0], set()).add(other.faces.names[1])
     seen, front = set[str](), {right}
     while front:
@@ -365,12 +365,14 @@ def order_is_possible(contact: CaseContact) -> None:
 def _orders(contact: CaseContact) -> bool:
     """Return whether a contact fixes which of its bodies lies on the left.
 
-    It does not with a wall, or at an inner point.
+    It does not with a wall, at an inner point, or on a mechanism.
     """
-    turning = {**links_of(contact.case), **contact.case.mechanisms}
-    linked = any(name in turning for name in contact.faces.names)
-    inner = linked or any("(" in face.point.label for face in contact.faces)
-    return not inner and not any(isinstance(body, WallBlock) for body in contact.bodies)
+    links, mechanisms = links_of(contact.case), contact.case.mechanisms
+    if any(name in links or name in mechanisms for name in contact.faces.names):
+        return False
+    if any("(" in face.point.label for face in contact.faces):  # rod.at(x)
+        return False
+    return not any(isinstance(body, WallBlock) for body in contact.bodies)
 
 
 def has_a_law(contact: CaseContact) -> None:

@@ -15,7 +15,7 @@ from impactlab.scene.problem import Probe
 KEYS = ("length", "bandwidth", "rate", "noise", "seed", "bits", "range")  # of a probe, in the order of `Instrument`
 
 
-def given(probe: ProbeBlock) -> dict[str, Any]:
+def instrument_keys(probe: ProbeBlock) -> dict[str, Any]:
     """Return the keys of an instrument that a probe has."""
     return {key: value for key in KEYS if (value := getattr(probe, key)) is not None}
 
@@ -25,7 +25,7 @@ def probe_of(block: ProbeBlock, body: BodyBlock) -> Probe:
 
     Its instrument is None where it has no key of one.
     """
-    keys, at = given(block), at_end(block.at, _length(body))
+    keys, at = instrument_keys(block), at_end(block.at, _length(body))
     return Probe(block.body, at, block.quantity, Instrument(**keys) if keys else None)
 
 

@@ -19,6 +19,14 @@ SAME_GRAVITY = 1e-12  # of gravity: components nearer than this agree
 HALF_TURN_TOL = 1e-9  # rad: 180 deg in radians is no more than half a turn
 
 
+class Fault(NamedTuple):
+    """A fault of a link: its text, the remedy, and the key of the link that has it."""
+
+    text: str
+    remedy: str
+    key: str
+
+
 class LinkOf(NamedTuple):
     """A body of the case as a link."""
 
@@ -45,7 +53,7 @@ def direction(along: Any) -> tuple[float, float]:
     return along[0] / size, along[1] / size
 
 
-def vector(gravity: Any) -> tuple[float, float]:
+def gravity_vector(gravity: Any) -> tuple[float, float]:
     """Return gravity as (x, y) [m/s2]; a number acts along +x."""
     return tuple(gravity) if isinstance(gravity, (list, tuple)) else (gravity, 0.0)
 
@@ -86,9 +94,9 @@ def odd_mechanisms(case: CaseBlock) -> Iterator[str]:
             f"gravity: {g:g} m/s2 acts along x on {', '.join(map(repr, case.mechanisms))}; is it meant downwards, "
             f"[0, {-abs(g):g}]? Along x write [{g:g}, 0]"
         )
-    for name, block in case.mechanisms.items():
-        for number, link in enumerate(getattr(block, "links", ())):
-            if abs(link.angle or 0.0) > math.pi + HALF_TURN_TOL:
+    for name, chain in chains_of(case).items():
+        for number, link in enumerate(chain.links):
+            if abs(link.angle) > math.pi + HALF_TURN_TOL:
                 yield (
                     f"mechanisms.{name}.links.{number}.angle: {link.angle:g} rad is more than half a turn; is a unit "
                     f"missing, as in '{link.angle:g} deg'?"
@@ -101,7 +109,7 @@ def gravity_of(case: CaseBlock) -> float:
     It is along the motion of each. Raises `CaseError` where it differs. A body that meets a mechanism moves along its
     contact; a number acts on any other, and a vector on none.
     """
-    x, y = vector(case.gravity)
+    x, y = gravity_vector(case.gravity)
     if not case.mechanisms and not isinstance(case.gravity, tuple):
         return x
     links, along, on = links_of(case), directions(case), dict[str, float]()
@@ -140,7 +148,7 @@ def mechanism_body(case: CaseBlock, name: str, marks: tuple[Mark, ...]) -> Mecha
     places = [(numbers[probe.body], at_end(probe.at, links[numbers[probe.body]].length)) for probe in case.probes
               if probe.body in numbers]  # fmt: skip
     gauges = tuple(Gauge(*place) for place in dict.fromkeys(places))
-    return Mechanism(name, links, slide, marks, gauges, gravity=vector(case.gravity))
+    return Mechanism(name, links, slide, marks, gauges, gravity=gravity_vector(case.gravity))
 
 
 def _angles(joints: Sequence[JointBlock]) -> list[float]:
@@ -185,8 +193,10 @@ def check_mechanisms(case: CaseBlock) -> None:
             continue
         for number, joint in enumerate(mechanism.links):
             path = f"mechanisms.{name}.links.{number}"
-            for fault in _faults(case, joint, number, number == len(mechanism.links) - 1 and mechanism.end != "free"):
-                raise CaseError(fault[0], remedy=fault[1], path=f"{path}.{fault[2]}")
+            slides = mechanism.end != "free" and number == len(mechanism.links) - 1
+            fault = next(_faults(case, joint, number, slides), None)
+            if fault is not None:
+                raise CaseError(fault.text, remedy=fault.remedy, path=f"{path}.{fault.key}")
             if joint.body in seen:
                 raise CaseError(
                     f"{joint.body!r} is a link of {seen[joint.body]!r} already",
@@ -209,46 +219,50 @@ def check_mechanisms(case: CaseBlock) -> None:
         )
 
 
-def _faults(case: CaseBlock, joint: JointBlock, number: int, slides: bool) -> Iterator[tuple[str, str, str]]:
-    """Yield the faults of a link: text, remedy and key."""
+def _faults(case: CaseBlock, joint: JointBlock, number: int, slides: bool) -> Iterator[Fault]:
+    """Yield the faults of a link."""
     body = case.bodies.get(joint.body)
     if body is None:
         links = [name for name, each in case.bodies.items() if isinstance(each, (LinkBlock, BeamBlock))]
-        yield f"there is no body {shown(joint.body)}.{closest(joint.body, links)}", f"Links: {listed(links)}.", "body"
+        yield Fault(
+            f"there is no body {shown(joint.body)}.{closest(joint.body, links)}", f"Links: {listed(links)}.", "body"
+        )
         return
     if not isinstance(body, (LinkBlock, BeamBlock)):
-        yield f"{joint.body!r} is a {body.kind}. Allowed: link (rigid), beam", "Name a body of one of the two.", "body"
+        yield Fault(
+            f"{joint.body!r} is a {body.kind}. Allowed: link (rigid), beam", "Name a body of one of the two.", "body"
+        )
         return
     if joint.drive is not None and joint.torque != 0.0:
-        yield "a hinge is driven or bears a torque, and here both are given", "Keep one of the two.", "drive"
+        yield Fault("a hinge is driven or bears a torque, and here both are given", "Keep one of the two.", "drive")
     if joint.drive is not None and joint.rate != 0.0:
-        yield "the rate of a driven hinge is that of its drive", "Remove one of the two.", "rate"
+        yield Fault("the rate of a driven hinge is that of its drive", "Remove one of the two.", "rate")
     if slides and (joint.drive is not None or joint.rate != 0.0 or joint.joint == "clamped"):
-        yield "the motion of the last link follows from the slide", "Drive or turn another link.", "joint"
+        yield Fault("the motion of the last link follows from the slide", "Drive or turn another link.", "joint")
     if joint.joint == "clamped" and number > 0 and (joint.drive is not None or joint.torque or joint.rate):
-        yield "a link clamped to the one before it turns with it", "Give joint: hinge.", "joint"
+        yield Fault("a link clamped to the one before it turns with it", "Give joint: hinge.", "joint")
     if isinstance(body, LinkBlock):
         if joint.axial_modes:
-            yield f"{joint.body!r} is rigid", "Remove it, or describe the link as a beam.", "axial_modes"
+            yield Fault(f"{joint.body!r} is rigid", "Remove it, or describe the link as a beam.", "axial_modes")
         return
     held = [end for end in (body.ends.left, body.ends.right) if end.kind != "free" or end.is_loaded]
     if held:
         text = "the ends of a link are its joints, and its beam has ends of its own"
-        yield text, "Leave `ends` out; a mass at the end of a link is its end_mass.", "body"
+        yield Fault(text, "Leave `ends` out; a mass at the end of a link is its end_mass.", "body")
     if joint.drive is not None and joint.joint == "hinge":
-        yield (
+        yield Fault(
             "a drive turns the root section of a beam, which a hinge leaves free",
             "Give joint: clamped: the beam stands on a driven hub.",
             "joint",
         )
     if body.tension != 0.0 or body.theory != "euler_bernoulli" or body.velocity != 0.0 or body.profile is not None:
         text = "a link bends by the theory of Euler and Bernoulli, straight and without preload at t = 0"
-        yield text, "Remove tension, theory, velocity and displacement from the beam.", "body"
+        yield Fault(text, "Remove tension, theory, velocity and displacement from the beam.", "body")
     if body.rayleigh.mass or body.rayleigh.stiffness or viscous(body):
-        yield "a link has no damping", "Remove damping and viscosity from the beam.", "body"
+        yield Fault("a link has no damping", "Remove damping and viscosity from the beam.", "body")
     if body.rotation is not None:
         text = "a link turns by its joints, and its beam has a steady rotation of its own"
-        yield text, "Remove rotation; a drive at its joint gives a link a rate.", "body"
+        yield Fault(text, "Remove rotation; a drive at its joint gives a link a rate.", "body")
 
 
 def viscous(beam: BeamBlock) -> bool:

@@ -11,7 +11,7 @@ from typing import Any
 from impactlab.casefile.blocks.origins import Origin, Origins
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
 from impactlab.casefile.contacts import faces_of
-from impactlab.casefile.instruments import given
+from impactlab.casefile.instruments import instrument_keys
 from impactlab.casefile.mechanisms import direction
 from impactlab.casefile.parts import describe_part
 from impactlab.casefile.schema import CaseBlock, Frames
@@ -55,7 +55,8 @@ def _resolved(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
         "solve": solve,
         "gravity": list(mechanisms[0].gravity) if mechanisms else scene.gravity,
         "probes": [
-            {"body": block.body, "at": block.at, "quantity": block.quantity} | given(block) for block in case.probes
+            {"body": block.body, "at": block.at, "quantity": block.quantity} | instrument_keys(block)
+            for block in case.probes
         ],
         "snapshots": case.snapshots.model_dump(exclude_none=True)
         if isinstance(case.snapshots, Frames)
@@ -191,7 +192,8 @@ def _blocks(blocks: Sequence[Any], written: Sequence[Mapping[str, Any]], origins
     for each, block in zip(made.values(), written, strict=True):
         named = {key: block[key] for key in ("chain", "between", "body", "name") if key in block}
         if "chain" in block:
-            found.append({**named, **{key: value for key, value in _one(each).items() if key != "between"}, **named})
+            others = {key: value for key, value in _one(each).items() if key != "between" and key not in named}
+            found.append({**named, **others})
         elif "repeat" in block:
             found.append({**_one(each), **named, "repeat": len(each)})
         else:

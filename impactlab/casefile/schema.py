@@ -31,7 +31,7 @@ from impactlab.casefile.blocks.shared import (
 )
 from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.faults import refuse
-from impactlab.casefile.values.fields import Allowed, Reader, object_schema, quantity, whole, words
+from impactlab.casefile.values.fields import Allowed, Reader, object_schema, positive, quantity, whole, words
 from impactlab.casefile.values.units import strain_of
 from impactlab.errors import CaseError
 from impactlab.history.units import UNITS
@@ -144,13 +144,13 @@ class StepBlock(Block):
     courant: Positive | None = Field(None, description="c dt/h of the mesh, the largest of its elements")
 
 
-_SECONDS = Allowed(unit="s", limits=(("gt", 0.0),), number=True)
+_SECONDS = positive("s")
 
 
 def _read_duration(value: Any) -> Any:
     if isinstance(value, (dict, list)):
         if isinstance(value, dict) and set(value) == {"round_trips"}:
-            return RoundTrips(round_trips=Allowed(limits=(("gt", 0.0),), number=True).read(value["round_trips"]))
+            return RoundTrips(round_trips=positive("1").read(value["round_trips"]))
         text = f"{shown(value)} is not a duration. Allowed: a number in s, or {{round_trips: number}}"
         if isinstance(value, dict) and "round_trips_of" in value:
             text += "; round_trips_of stands beside duration, in solve"

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 else:  # matrices, which no other check needs
     meshes = lazy("impactlab.models.mesh.beams")
 
-SAME_PLACE = 1e-6  # of a distance from the axis or a length: places nearer than this agree
+PLACE_TOL = 1e-6  # of a distance from the axis or a length: places nearer than this agree
 ELEMENTS = 40  # of the mesh on which a beam's steady state is examined
 
 
@@ -204,7 +204,7 @@ def _check_contact(bodies: Mapping[str, Body], contact: Contact, number: int) ->
         if isinstance(right, Mass)
         else (left, right, places[0], places[1] - contact.gap)
     )
-    if abs(stands - expected) > SAME_PLACE * max(abs(expected), abs(contact.gap), other.length):
+    if abs(stands - expected) > PLACE_TOL * max(abs(expected), abs(contact.gap), other.length):
         raise CaseError(
             f"'{mass.name}' is at {stands:.9g} m from the axis by its axis_at, but by the face of '{other.name}' in "
             f"its steady state and the gap of {contact.gap:.6g} m it is at {expected:.9g} m",

@@ -86,7 +86,10 @@ def bench(
             console.say(f"first row without a result: {made.first_reason}")
         if not no_report:
             _draw_bench(out, out / "table.csv", jobs, suite, formats, command_line(context))
-        console.print_json(made.document) if as_json else print(f"{len(made.cells)} rows: {counts}")
+        if as_json:
+            console.print_json(made.document)
+        else:
+            print(f"{len(made.cells)} rows: {counts}")
         if made.cells and not made.counts["completed"]:
             raise CommandFailed(1)
 

@@ -48,7 +48,10 @@ def check(
         print_hints(loaded)
         for name, fault in faults:
             console.say(f"method {name}: {fault}")
-        console.print_json(document) if as_json else print(console.tree_text(_brief(document)))
+        if as_json:
+            console.print_json(document)
+        else:
+            print(console.tree_text(_brief(document)))
         if faults:
             raise CommandFailed(2)
 
@@ -82,7 +85,10 @@ def choose(
             )
         console.log_compiling()
         document = choices.choose(loaded.label, loaded.simulation(), api.physics_of(loaded))
-        console.print_json(document) if as_json else print(choices.ladder_text(document))
+        if as_json:
+            console.print_json(document)
+        else:
+            print(choices.ladder_text(document))
 
 
 def cite(case: CaseFile, method: Method = None, as_json: Json = False) -> None:

@@ -100,7 +100,10 @@ def fit(
         if out is not None:
             found.write(out, command_line(context))
             console.say(f"written: {out}")
-        console.print_json(found.to_dict()) if as_json else print(found)
+        if as_json:
+            console.print_json(found.to_dict())
+        else:
+            print(found)
 
 
 def _pair(text: str) -> tuple[Path, Path]:

@@ -98,23 +98,18 @@ def load(
 ) -> Case:
     """Return the case that a command names, its variant and method chosen, its values set."""
     with spent_on("checking"):
-        return _loaded(file, sets, method, variant, metrics)
-
-
-def _loaded(
-    file: Path, sets: list[str] | None, method: str | None, variant: str | None, metrics: list[str] | None
-) -> Case:
-    if sets or method or variant:  # values of the file that they replace are not checked
-        settings = [edit.read_setting(setting, str(found(file))) for setting in sets or ()]
-        loaded, tolerance = settings_of.load_with_settings(
-            found(file), settings, variant=variant or "base", method=method or "base"
-        )
-        _report_tolerance(tolerance, settings)
-    else:
-        loaded = casefile.load_case(found(file))
-    if metrics:
-        loaded = loaded.with_settings([("metrics", [*loaded.checked.metrics, *metrics])], by="--metric")
-    return loaded
+        path = found(file)
+        if sets or method or variant:  # values of the file that they replace are not checked
+            settings = [edit.read_setting(setting, str(path)) for setting in sets or ()]
+            loaded, tolerance = settings_of.load_with_settings(
+                path, settings, variant=variant or "base", method=method or "base"
+            )
+            _report_tolerance(tolerance, settings)
+        else:
+            loaded = casefile.load_case(path)
+        if metrics:
+            loaded = loaded.with_settings([("metrics", [*loaded.checked.metrics, *metrics])], by="--metric")
+        return loaded
 
 
 def _report_tolerance(tolerance: Any, settings: list[tuple[str, Any]]) -> None:

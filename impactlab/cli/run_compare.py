@@ -98,8 +98,11 @@ def run(
                 console.say("its figures and its page could not be drawn; the data of the run are complete")
                 raise undrawn
         text = "" if as_json else console.summary_text(summary)
-        summary["cost"]["wall_time"] = watch.seconds()
-        console.print_json(summary) if as_json else print(text, console.wall_time(summary), sep="\n")
+        summary["cost"]["wall_time"] = watch.seconds()  # also of the text
+        if as_json:
+            console.print_json(summary)
+        else:
+            print(text, console.wall_time(summary), sep="\n")
         if summary["status"] != "completed":
             raise CommandFailed(1)
 
@@ -155,7 +158,10 @@ def compare(
                     drawn_as,
                 )
             console.say(f"written: {out}")
-        console.print_json(document) if as_json else print(comparison)
+        if as_json:
+            console.print_json(document)
+        else:
+            print(comparison)
         if code:
             raise CommandFailed(code)
 
@@ -166,5 +172,4 @@ def _code_of_rows(comparison: Any) -> int:
         return 0
     if any(row.error is None for row in comparison.rows):
         return 1
-    errors = [row.error for row in comparison.rows if row.error is not None]
-    return code_of(errors[0]) if errors and len(errors) == len(comparison.rows) else 0
+    return code_of(comparison.rows[0].error)

@@ -37,7 +37,10 @@ def plugins(
         if check_name is not None:
             console.log_compiling()
             found = verdicts.verdict(check_name, registries.registry())
-            console.print_json(found.document()) if as_json else print(console.verdict_text(found.document()))
+            if as_json:
+                console.print_json(found.document())
+            else:
+                print(console.verdict_text(found.document()))
             if not found.ok:
                 raise CommandFailed(1)
             return
@@ -50,6 +53,5 @@ def plugins(
             if line.group != group:
                 group = line.group
                 print(group)
-            print(
-                f"  {line.name:28} {'broken: ' + line.fault if line.fault else line.description}  [{line.distribution}]"
-            )
+            words = f"broken: {line.fault}" if line.fault else line.description
+            print(f"  {line.name:28} {words}  [{line.distribution}]")

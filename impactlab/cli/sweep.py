@@ -185,7 +185,10 @@ def uncertainty(
             )
         if out is not None:
             console.say(f"written: {out}" if shard is None else f"shard {shard} is kept in {out}")
-        console.print_json(found.to_dict()) if as_json else print(found)
+        if as_json:
+            console.print_json(found.to_dict())
+        else:
+            print(found)
         if not sweeps.counts(found.data).keys() & {"missing", "completed", "tolerance_not_met"}:
             raise CommandFailed(1)
 
@@ -220,4 +223,7 @@ def sensitivities(
         names = derivatives.DEFAULT if quantities is None else names_in(quantities)
         with given_by("--parameters"):
             found = derivatives.sensitivities(loaded, names_in(parameters), names)
-        console.print_json(found.to_dict()) if as_json else print(found)
+        if as_json:
+            console.print_json(found.to_dict())
+        else:
+            print(found)

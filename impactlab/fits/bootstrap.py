@@ -111,5 +111,5 @@ def bootstrap(loss: Loss, solution: Array, lengths: Sequence[int], count: int, s
 
 def _drawn(values: Array, block: int, generator: np.random.Generator) -> Array:
     """Return as many values in blocks that start anywhere, with the beginning after the end."""
-    starts = generator.integers(0, len(values), -(-len(values) // block))
+    starts = generator.integers(0, len(values), math.ceil(len(values) / block))
     return np.asarray(values[(starts[:, None] + np.arange(block)).ravel()[: len(values)] % len(values)])

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from impactlab.errors import MAX_SEED, expect_whole
-from impactlab.fits.unknowns import Unknown
+from impactlab.fits.unknowns import Unknown, is_of_instrument
 from impactlab.types import Array
 
 NORMAL = 1.959964  # half of a 95 % interval of the normal distribution over its standard deviation
@@ -42,7 +42,7 @@ def drawn(
     return {
         each.path: np.array([each.value(scaled) for scaled in found[:, number].tolist()])
         for number, each in enumerate(unknowns)
-        if " of " not in each.path  # gain, offset and shift are the instruments'
+        if not is_of_instrument(each.path)
     }
 
 

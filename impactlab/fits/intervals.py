@@ -24,7 +24,7 @@ from impactlab.fits.problem import Problem
 from impactlab.fits.profiles import Profile, profile
 from impactlab.fits.result import BOOTSTRAP, JACOBIAN, PROFILE, WIDENED, Curve, Fit, Fitted, Resamples, Shown
 from impactlab.fits.secants import jumping, secants
-from impactlab.fits.unknowns import Unknown
+from impactlab.fits.unknowns import Unknown, is_of_instrument
 from impactlab.numerics.bisection import bisected
 from impactlab.types import Array
 
@@ -97,7 +97,7 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
     paths = [each.path for each in unknowns]
     made = []
     free = [each for each, is_free in zip(unknowns, solution.seen.is_free.tolist(), strict=True) if is_free]
-    if free and all(each.is_positive or each.path.startswith("gain") for each in free):
+    if free and all(each.is_positive or each.path.startswith("gain of") for each in free):
         made = products(solution.seen, paths, problem.values(x), reach)
     curves = [
         Curve(each.path, each.unit, np.array([_natural(each, place) for place in profiles[number].x.tolist()]),
@@ -111,12 +111,23 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
     parts = problem.parts(x) or []
     cases = problem.cases(x)
     return Fit(
-        cases[0], tuple(rows), solution.seen.covariance, tuple(parts), _size(solution.residuals, problem, chosen),
-        _neighbours(parts), (*warnings, *more), tuple(undetermined(solution.seen, paths, made)), cases, tuple(made),
-        tuple(shown), tuple(curves),
-        None if resampled is None else Resamples(chosen.resamples, chosen.seed, resampled.blocks),
-        {"noise": chosen.noise, "loss": chosen.loss}, tuple(unknowns), reach,
-    )  # fmt: skip
+        case=cases[0],
+        parameters=tuple(rows),
+        covariance=solution.seen.covariance,
+        residuals=tuple(parts),
+        noise=_size(solution.residuals, problem, chosen),
+        autocorrelation=_neighbours(parts),
+        warnings=(*warnings, *more),
+        undetermined=tuple(undetermined(solution.seen, paths, made)),
+        cases=cases,
+        determined=tuple(made),
+        signals=tuple(shown),
+        profiles=tuple(curves),
+        bootstrap=None if resampled is None else Resamples(chosen.resamples, chosen.seed, resampled.blocks),
+        assumed={"noise": chosen.noise, "loss": chosen.loss},
+        unknowns=tuple(unknowns),
+        reach=reach,
+    )
 
 
 def _after_the_run(problem: Problem, x: Array) -> list[str]:
@@ -223,7 +234,7 @@ def _weight(each: Unknown, scaled: float) -> float:
     """Return d(ln number)/d(unknown); 0 of offsets and shifts."""
     if each.path.startswith("gain of"):
         return 1.0 / max(abs(scaled), 1e-9)
-    return 0.0 if " of " in each.path else 1.0
+    return 0.0 if is_of_instrument(each.path) else 1.0
 
 
 def _loss(problem: Problem, solution: Solution, chosen: Options) -> Loss:

@@ -133,7 +133,9 @@ def _raised(text: str) -> str:
 
 def _facts(fit: Fit) -> list[tuple[str, str]]:
     """Return signals, noise and bootstrap as names and words."""
-    found = [("experiments", f"{len(fit.cases)}, of which the first is described here")] * (len(fit.cases) > 1)
+    found = []
+    if len(fit.cases) > 1:
+        found.append(("experiments", f"{len(fit.cases)}, of which the first is described here"))
     found += [("signal", _signal(each)) for each in fit.signals]
     size = f"; {fit.noise:.3g} of the standard deviation that was given" if fit.assumed["noise"] == "std" else ""
     words = f"neighbours correlate by {fit.autocorrelation:.2f}{size}"

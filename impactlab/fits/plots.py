@@ -186,7 +186,8 @@ def _profile(axes: Axes, curve: Curve, fit: Fit) -> None:
     unit = unit_of(curve.unit, parameter.value if curve.is_logarithmic else float(np.max(np.abs(values))))
     root[: int(np.argmin(np.abs(values - parameter.value)))] *= -1.0
     is_wide = curve.is_logarithmic and values[-1] > DECADE * values[0]
-    places = (np.geomspace if is_wide else np.linspace)(values[0], values[-1], 300)
+    spaced = np.geomspace if is_wide else np.linspace
+    places = spaced(values[0], values[-1], 300)
     line = PchipInterpolator(scale(values), root)(scale(places)) if len(values) > 2 else np.interp(places, values, root)
     axes.plot(places / unit.size, line**2, color=FITTED, label="profile")
     axes.plot(values / unit.size, root**2, "o", color=FITTED, markersize=3.5)

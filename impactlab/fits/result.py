@@ -19,7 +19,7 @@ from impactlab.casefile import Case
 from impactlab.errors import ImpactlabError
 from impactlab.fits import draws
 from impactlab.fits.identifiable import Product
-from impactlab.fits.unknowns import Unknown
+from impactlab.fits.unknowns import Unknown, is_of_instrument
 from impactlab.prefixes import prefixed_range
 from impactlab.printing import aligned, counted, plain
 from impactlab.startup.lazy import above
@@ -171,7 +171,7 @@ class Fit:
 
     def _unknown(self) -> list[str]:
         """Return the numbers of the case whose intervals are infinite on both sides."""
-        of_case = [each for each in self.parameters if " of " not in each.path]
+        of_case = [each for each in self.parameters if not is_of_instrument(each.path)]
         return [each.path for each in of_case if each.lower in (0.0, -math.inf) and each.upper == math.inf]
 
     def plot(self, name: str = "signals") -> Figure:
@@ -242,11 +242,13 @@ class Fit:
                 kinds = {JACOBIAN: kinds[JACOBIAN]}
             for kind, ends in kinds.items():
                 value, between = in_words(each.value, *ends)
-                first = (
-                    (each.path, f"{value} {each.unit}".removesuffix(" 1").rstrip()) if kind == JACOBIAN else ("", "")
-                )
-                words = [each.note] * (kind == JACOBIAN) + [METHODS[kind]] * (len(kinds) > 1)
-                rows.append((*first, between, "; ".join(filter(None, words))))
+                path, note = "", ""
+                if kind == JACOBIAN:
+                    path, note, value = each.path, each.note, f"{value} {each.unit}".removesuffix(" 1").rstrip()
+                else:
+                    value = ""  # stands in the first row
+                method = METHODS[kind] if len(kinds) > 1 else ""
+                rows.append((path, value, between, "; ".join(filter(None, (note, method)))))
         for product in self.determined:
             rows.append((product.text, *in_words(product.value, product.lower, product.upper), "in SI units"))
         return "\n".join([*aligned(rows), *self.warnings, *self.undetermined])

@@ -62,13 +62,15 @@ def search(problem: Problem, chosen: Options) -> Any:
         starts += triggers(problem, kept[0].x)
     found = polished(problem, _best(solved(problem, each, tolerance=COARSE_TOL) for each in starts).x)
     found = moved_to_effect(problem, found)
-    for _ in range(NOISE_ROUNDS if len(problem.signals) > 1 and chosen.noise != "std" else 0):
-        problem.weigh(found.x)
-        found = polished(problem, found.x)
-    for _ in range(NOISE_ROUNDS if chosen.loss == "huber" or chosen.noise == "ar1" else 0):
-        if chosen.noise == "ar1":
-            problem.correlated = correlations(problem, found.x)
-        found = polished(problem, found.x, *_loss(problem, found.x, chosen))
+    if len(problem.signals) > 1 and chosen.noise != "std":
+        for _ in range(NOISE_ROUNDS):
+            problem.weigh(found.x)
+            found = polished(problem, found.x)
+    if chosen.loss == "huber" or chosen.noise == "ar1":
+        for _ in range(NOISE_ROUNDS):
+            if chosen.noise == "ar1":
+                problem.correlated = correlations(problem, found.x)
+            found = polished(problem, found.x, *_loss(problem, found.x, chosen))
     if chosen.loss == "huber":  # a front that bends to one sample far off is found by a loss that forgets this sample
         limit = MAX_FAR * _size(problem, found.x)
         found = polished(problem, found.x, biweight, limit)
@@ -162,9 +164,12 @@ def on_both_sides(problem: Problem) -> list[Array]:
     if not problem.is_quick:
         return triggers(problem, start)
     count = len(problem.parameters)
-    signs = list(itertools.product((0.0, -1.0, 1.0), repeat=count)) if count <= MAX_FULL else [
-        (0.0,) * count, *(tuple(sign * (k == n) for k in range(count)) for n in range(count) for sign in (-1.0, 1.0))
-    ]  # fmt: skip
+    signs: list[tuple[float, ...]] = [(0.0,) * count]
+    if count <= MAX_FULL:
+        signs = list(itertools.product((0.0, -1.0, 1.0), repeat=count))
+    else:
+        for moved in range(count):
+            signs += [tuple(sign if k == moved else 0.0 for k in range(count)) for sign in (-1.0, 1.0)]
     found = []
     for each in signs:
         place = start.copy()

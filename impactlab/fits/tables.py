@@ -137,9 +137,11 @@ def _unit(named: re.Match[str]) -> str:
 
 def _is_of_times(heading: str) -> bool:
     """Return whether a heading begins as that of times does, or has a unit of time: ``Zeit [ms]``."""
+    if TIME.match(heading):
+        return True
     named = HEADING.fullmatch(heading)
-    if TIME.match(heading) or named is None:
-        return bool(TIME.match(heading))
+    if named is None:
+        return False
     try:
         return factor_of(_unit(named), "s") > 0.0
     except CaseError:

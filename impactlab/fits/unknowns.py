@@ -18,6 +18,11 @@ COMMON = "common"  # of a shift: one that all signals of an experiment share, wh
 PLAIN = {"gain": 1.0, "offset": 0.0, "shift": 0.0}
 
 
+def is_of_instrument(path: str) -> bool:
+    """Return whether an unknown is a gain, offset or shift, such as ``gain of CHANNEL``, not a number of the case."""
+    return " of " in path
+
+
 class Unknown(NamedTuple):
     """A number that is fitted, possibly by a logarithm.
 
@@ -98,11 +103,14 @@ def setting(signal: Signal, name: str, given: Any, label: str) -> float | Unknow
     """Return gain, offset or shift of a signal: a number if known, else an unknown."""
     own = getattr(signal, name)
     chosen = given if own is None else own
-    unit = {"gain": "1", "offset": unit_of(signal.channel), "shift": "s"}[name]
     usual = PLAIN[name]
-    reach = {"gain": math.inf, "offset": MAX_OFFSET * float(max(signal.values) - min(signal.values)) or math.inf}
-    scale = {"gain": 1.0, "offset": signal.scale, "shift": signal.width}[name]
-    widest = reach.get(name, len(signal.times) * signal.width)
+    if name == "gain":
+        unit, scale, widest = "1", 1.0, math.inf
+    elif name == "offset":
+        unit, scale = unit_of(signal.channel), signal.scale
+        widest = MAX_OFFSET * float(max(signal.values) - min(signal.values)) or math.inf
+    else:
+        unit, scale, widest = "s", signal.width, len(signal.times) * signal.width
     if chosen in (None, "fixed"):
         return usual
     path = f"{name} of {label}"

@@ -174,9 +174,8 @@ class AbstractHistory(Views, ABC):
     case: HasCase | None = None  # None of a scene that was run without a case
     choice: Choice | None = None  # of a run with a tolerance: the method chosen, and why
     load_impulses: Mapping[str, float] = {}  # N s, of loads over time as the run has taken them, by body
-    _spans: tuple[tuple[ContactSpan, ...], dict[str, list[tuple[int, ContactSpan]]]] | None = (
-        None  # by contact, once looked up
-    )
+    # The contacts and their periods by contact, once looked up.
+    _spans: tuple[tuple[ContactSpan, ...], dict[str, list[tuple[int, ContactSpan]]]] | None = None
     integrator_used: bool = True  # False: every elastic body steps by itself, or the run is exact
 
     @abstractmethod

@@ -75,9 +75,13 @@ class SampledHistory(AbstractHistory):
         self, run: Simulation, facts: Facts, time: Array, values: Mapping[str, Array], fields: Mapping[str, BodyFields]
     ) -> None:
         self.scene, self.method = run
-        self.duration, self.dt, self.events, self.contacts, self.energy = facts[:5]
-        self.warnings, self.cost, self.integrator_used, self.case, self.listed, self.signals = facts[5:11]
-        self.links, self.changes, self.link_impulses, self.load_impulses, self._energy_ends = facts[11:]
+        self.duration, self.dt, self.integrator_used = facts.duration, facts.dt, facts.integrator_used
+        self.events, self.contacts = facts.events, facts.contacts
+        self.links, self.changes = facts.links, facts.changes
+        self.energy, self._energy_ends = facts.energy, facts.ends
+        self.warnings, self.cost, self.case = facts.warnings, facts.cost, facts.case
+        self.listed, self.signals = facts.listed, facts.measured
+        self.link_impulses, self.load_impulses = facts.link_impulses, facts.load_impulses
         self.time, self.values, self.fields = time, dict(values), dict(fields)
 
     @classmethod
@@ -168,22 +172,22 @@ class SampledHistory(AbstractHistory):
 def facts_of(history: AbstractHistory) -> Facts:
     """Return everything of a history except its channels and fields."""
     return Facts(
-        history.duration,
-        history.dt,
-        tuple(history.events),
-        tuple(history.contacts),
-        history.energy,
-        list(history.warnings),
-        history.cost,
-        history.integrator_used,
-        history.case,
-        history.channels(),
-        measured_signals(history),
-        tuple(history.links),
-        tuple(history.changes),
-        {name: history.impulse_of(name) for name in history.method.links},
-        dict(history.load_impulses),
-        history.energy_ends(),
+        duration=history.duration,
+        dt=history.dt,
+        events=tuple(history.events),
+        contacts=tuple(history.contacts),
+        energy=history.energy,
+        warnings=list(history.warnings),
+        cost=history.cost,
+        integrator_used=history.integrator_used,
+        case=history.case,
+        listed=history.channels(),
+        measured=measured_signals(history),
+        links=tuple(history.links),
+        changes=tuple(history.changes),
+        link_impulses={name: history.impulse_of(name) for name in history.method.links},
+        load_impulses=dict(history.load_impulses),
+        ends=history.energy_ends(),
     )
 
 

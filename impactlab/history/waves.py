@@ -7,7 +7,6 @@ strain at one section give both waves; at a step, a gauge or an end they separat
 
 from __future__ import annotations
 
-import itertools
 import numbers
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -124,9 +123,11 @@ def _contacts_at(scene: Scene, body: WaveBody, x: float) -> list[str]:
     slack = SAME_PLACE * body.length
     if not any(abs(place - x) <= slack and end.kind == "free" and not end.is_loaded for place, end in body.ends):
         return []
-    points = {contact.name: contact.faces for contact in scene.contacts}
-    touching = (any(p.body == body.name and abs(p.x - x) <= slack for p in both) for both in points.values())
-    return list(itertools.compress(points, touching))
+    return [
+        contact.name
+        for contact in scene.contacts
+        if any(point.body == body.name and abs(point.x - x) <= slack for point in contact.faces)
+    ]
 
 
 def _wanted(body: WaveBody) -> list[str]:

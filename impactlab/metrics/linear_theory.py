@@ -24,8 +24,8 @@ INSTANTS = 2000  # of a run, and of each of its strongest contacts, between whic
 PLACES = 200  # along a body, at which its displacement at t = 0 is read
 STRONGEST = 4  # contacts of a place that are read so closely
 HALVINGS = 24  # of the longest time over which a force on an end is summed
-# Moment by a force from t = 0 on at the tip, over F L: of a clamped beam or another.
-STEP_LOAD = {True: 2.4, False: 0.4}
+STEP_LOAD_CLAMPED = 2.4  # moment by a force from t = 0 on at the tip of a clamped beam, over F L
+STEP_LOAD = 0.4  # the same of another beam
 PULSE = 1.2  # moment by a short force of impulse J, over J sqrt(c r/t) after a time t
 
 
@@ -141,15 +141,8 @@ def strain_of_rod(
         elif contact.name in links:
             strains.append(force * _strain_at(rod, x, history.duration))
         else:
-            lasting = [
-                (span.peak_force or 0.0, span.until(history.duration) - span.start)
-                for span in history.spans(contact.name)
-            ]
-            two = (max(lasting, default=(0.0, 0.0)), max(lasting, key=lambda each: each[1], default=(0.0, 0.0)))
-            if contact.name in false_peaks:
-                longest = max(history.spans(contact.name), key=lambda span: span.until(history.duration) - span.start)
-                two = ((longest.impulse / two[1][1], two[1][1]),) * 2
-            strains += [peak * _strain_at(rod, x, time) for peak, time in two]
+            pulses = _pulses(history, contact.name, contact.name in false_peaks)
+            strains += [size * _strain_at(rod, x, lasting) for size, lasting in pulses]
         if (name := rod.face_channel(x)) in channels:
             strains.append(_way(history, name) * stretch(rod, x))
     for x, end in rod.ends:
@@ -161,6 +154,21 @@ def strain_of_rod(
         softest = min(segment.young * segment.area for segment in rod.segments)
         strain = min(strain, math.sqrt(2.0 * energy / (softest * SHORTEST_WAVE * rod.length)))
     return max(strain, _of_rotation(rod))
+
+
+def _pulses(history: AbstractHistory, contact: str, is_false: bool) -> list[tuple[float, float]]:
+    """Return forces [N] of a contact with the times [s] that they last: of its largest peak and its longest period.
+
+    Where its peaks are false it is the mean force of the longest period.
+    """
+    periods = [(span.peak_force or 0.0, span.until(history.duration) - span.start) for span in history.spans(contact)]
+    if not periods:
+        return []
+    longest = max(range(len(periods)), key=lambda number: periods[number][1])
+    if is_false:
+        lasting = periods[longest][1]
+        return [(history.spans(contact)[longest].impulse / lasting, lasting)]
+    return [max(periods), periods[longest]]
 
 
 def _strain_at(rod: WaveBody, x: float, lasting: float) -> float:
@@ -203,7 +211,10 @@ class Move(NamedTuple):
 
 def moves_of_beam(history: AbstractHistory, beam: Beam, met: list[tuple[Contact, float]]) -> list[Move]:
     """Return how the places of a beam's contacts move; those without a record are omitted."""
-    channels, short = frozenset(history.channels()) if met else (), 4.0 * _fibre_of(beam) ** 2 / _spread(beam)
+    if not met:
+        return []
+    channels = frozenset(history.channels())
+    short = 4.0 * _fibre_of(beam) ** 2 / _spread(beam)
     found = []
     for contact, x in met:
         if (name := beam.face_channel(x)) in channels:
@@ -234,7 +245,8 @@ def strain_of_beam(
     waves = max(fastest, abs(beam.velocity) if beam.is_held else 0.0) / slowest
     if not beam.is_held and all(force is not None for force in forces) and not any(e.is_loaded for _, e in beam.ends):
         waves = min(waves, sum(force or 0.0 for force in forces) * beam.length / softest)
-    longest = (STEP_LOAD[any(end.kind == "clamped" for _, end in beam.ends)] / PULSE * beam.length) ** 2 / slowest
+    step_load = STEP_LOAD_CLAMPED if any(end.kind == "clamped" for _, end in beam.ends) else STEP_LOAD
+    longest = (step_load / PULSE * beam.length) ** 2 / slowest
     loads = sum(_moment_by(end, history.duration, slowest, longest) for _, end in beam.ends if end.is_loaded)
     return max(fibre * max(waves, bent, loads / softest, _at_start(beam)), _of_rotation(beam))
 

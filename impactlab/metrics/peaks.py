@@ -43,15 +43,20 @@ def peak_force(history: AbstractHistory, reference: AbstractHistory, scene: Scen
             return None
         away = near_jumps(reference, scene, laws, contact)
         law = laws[contact.name]
-        found = [
-            largest_step(each, contact)
-            if each.dt is not None and has_largest_step(scene, law, away)
-            else find_peak(each, contact, away, law.hard).force
-            for each in ([history] if history is reference else [history, reference])
-        ]
-        peaks.append((found[0], found[-1]))
+        peak = _compared_peak(history, scene, contact, law, away)
+        wanted = peak if history is reference else _compared_peak(reference, scene, contact, law, away)
+        peaks.append((peak, wanted))
     least = MIN_PEAK * max((wanted for _, wanted in peaks), default=0.0)
     return largest([abs(peak - wanted) / wanted if wanted > least else None for peak, wanted in peaks])
+
+
+def _compared_peak(
+    history: AbstractHistory, scene: Scene, contact: Contact, law: AbstractContactLaw, left_out: Array
+) -> float:
+    """Return the largest force of a contact outside intervals (k, 2) [s], that of all steps where it is the peak."""
+    if history.dt is not None and has_largest_step(scene, law, left_out):
+        return largest_step(history, contact)
+    return find_peak(history, contact, left_out, law.hard).force
 
 
 def has_largest_step(scene: Scene, law: AbstractContactLaw, left_out: Array) -> bool:
@@ -212,9 +217,10 @@ def _lasting(history: AbstractHistory, laws: Laws, least: float) -> list[Event]:
     for event in history.events:
         if event.kind == "open":
             opened[event.contact] = event.time
-        elif event.kind == "close" and laws[event.contact].force_jumps:
-            lasts = event.time - opened.get(event.contact, -math.inf) > least
-            found += [event] if lasts else []
+            continue
+        lasts = event.time - opened.get(event.contact, -math.inf) > least
+        if event.kind == "close" and laws[event.contact].force_jumps and lasts:
+            found.append(event)
     return found
 
 

@@ -71,7 +71,7 @@ class Others:
                 met = abs(after - before)
             else:
                 met = self._periods(contact.name).given_in(start, end)
-            third = bodies[bodies[0] == name]
+            third = bodies[1] if bodies[0] == name else bodies[0]
             given[third] = given.get(third, 0.0) + met
         return max(given, key=lambda third: given[third]) if sum(given.values()) > least else None
 
@@ -79,8 +79,8 @@ class Others:
         if contact not in self._known:
             spans = sorted(self.history.spans(contact), key=lambda span: span.start)
             self._known[contact] = Periods(
-                np.array([span.start for span in spans]),
-                np.array([span.until(math.inf) for span in spans]),
-                np.cumsum([0.0, *(abs(span.impulse) for span in spans)]),
+                starts=np.array([span.start for span in spans]),
+                ends=np.array([span.until(math.inf) for span in spans]),
+                given=np.cumsum([0.0, *(abs(span.impulse) for span in spans)]),
             )
         return self._known[contact]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 
 from impactlab.scene.bodies import Beam, End, Mass, Rod, Wall
-from impactlab.scene.problem import Scene
+from impactlab.scene.problem import Contact, Scene
 
 WIDTH, LEFT, FIRST, APART = 420.0, 70.0, 96.0, 150.0  # of a beam, its left end, the axis of the first, the next one
 HALF = 5.0  # of the height of a beam, and
@@ -24,12 +24,13 @@ def beam_sketch(scene: Scene) -> str:
         y, width = FIRST + number * APART, WIDTH * beam.length / longest
         parts += [
             f'<rect x="{LEFT}" y="{y - HALF}" width="{width:.1f}" height="{2 * HALF}" class="rod"/>',
-            *(_support(end, place, y, side) for end, place, side in _ends(beam, width)),
+            _support(beam.left, LEFT, y, -1),
+            _support(beam.right, LEFT + width, y, 1),
             f'<text x="{LEFT + width + 52:.1f}" y="{y + 4}">{escape(beam.name)}</text>',
         ]
         if beam.velocity:
             parts.append(_arrow(LEFT + 0.12 * width, y - 30.0, beam.velocity))
-        parts += [_met(scene, beam, y, width, contact) for contact in range(len(scene.contacts))]
+        parts += [_met(scene, beam, y, width, contact) for contact in scene.contacts]
     height = FIRST + (len(beams) - 1) * APART + 92.0
     return (
         f'<svg class="sketch" role="img" aria-label="Sketch of the scene" viewBox="0 0 {LEFT + WIDTH + 150:.0f} '
@@ -37,16 +38,11 @@ def beam_sketch(scene: Scene) -> str:
     )
 
 
-def _ends(beam: Beam, width: float) -> tuple[tuple[End, float, int], tuple[End, float, int]]:
-    return (beam.left, LEFT, -1), (beam.right, LEFT + width, 1)
-
-
-def _met(scene: Scene, beam: Beam, y: float, width: float, number: int) -> str:
+def _met(scene: Scene, beam: Beam, y: float, width: float, contact: Contact) -> str:
     """Return the drawing of a beam's partner in a contact.
 
     It is a ball, the end of a rod, or a stop, below or above the beam.
     """
-    contact = scene.contacts[number]
     for here, there, side in ((contact.right, contact.left, 1), (contact.left, contact.right, -1)):
         if here.body != beam.name:
             continue
@@ -64,10 +60,8 @@ def _met(scene: Scene, beam: Beam, y: float, width: float, number: int) -> str:
         else:
             return ""
         name = f'<text x="{x:.1f}" y="{face + side * (depth + 12) + 4:.1f}" text-anchor="middle">'
-        moving = (
-            "" if isinstance(other, Wall) or not other.velocity else _arrow(x + 26.0, face + side * 16, other.velocity)
-        )
-        return f"{shape}{name}{escape(there.body)}</text>{moving}"
+        arrow = _arrow(x + 26.0, face + side * 16, other.velocity) if other.velocity else ""
+        return f"{shape}{name}{escape(there.body)}</text>{arrow}"
     return ""
 
 

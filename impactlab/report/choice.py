@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from impactlab.history.base import AbstractHistory
 
 HEADINGS = ("candidate", "predicted", "estimated", "measured", "predicted ms", "solved ms", "verdict", "reason")
+TEXTS = ("candidate", "verdict")  # columns of words, aligned at the left
 
 
 def choose(label: str, request: Simulation, physics: Simulation) -> dict[str, Any]:
@@ -101,16 +102,18 @@ def ladder_text(document: Mapping[str, Any]) -> str:
 
 
 def _table(rungs: Iterable[Mapping[str, Any]]) -> list[str]:
-    rows = [HEADINGS]
+    rows: list[tuple[str, ...]] = [HEADINGS]
     for rung in rungs:
         errors = [_number(rung[key]) for key in ("predicted_error", "estimated_error", "measured_error")]
         times = [_number(None if rung[key] is None else 1e3 * rung[key]) for key in ("predicted_s", "solve_s")]
-        rows.append((rung["candidate"], errors[0], errors[1], errors[2], *times, rung["verdict"], rung["reason"]))
-    widths = [max(len(row[i]) for row in rows) for i in range(len(HEADINGS) - 1)]
-    texts = (0, 6)
+        rows.append((rung["candidate"], *errors, *times, rung["verdict"], rung["reason"]))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)][:-1]  # the reason is as long as it is
     lines = []
     for row in rows:
-        cells = [row[i].ljust(w) if i in texts else row[i].rjust(w) for i, w in enumerate(widths)]
+        cells = [
+            cell.ljust(width) if heading in TEXTS else cell.rjust(width)
+            for heading, cell, width in zip(HEADINGS, row, widths, strict=False)
+        ]
         lines.append("  ".join([*cells, row[-1]]).rstrip())
     return [lines[0], "  ".join("-" * width for width in widths), *lines[1:]]
 

@@ -23,11 +23,12 @@ def comparison(
     case_name: str, reference_name: str | None, rows: Iterable[tuple[str, Mapping[str, Any]]]
 ) -> dict[str, Any]:
     """Return summaries of one case side by side, failed rows included, for JSON."""
+    rows = list(rows)
     return {
         "schema_version": SCHEMA_VERSION,
         "case": case_name,
         "reference": reference_name,
-        "collisions": agreements(rows := list(rows)),
+        "collisions": agreements(rows),
         "rows": [{"name": name, "summary": dict(summary)} for name, summary in rows],
     }
 

@@ -111,7 +111,8 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     lines += _listed("contacts", summary["contacts"], _contact)
     lines += [_link(each) for each in summary.get("links", ())]
     together, met = sentences(summary["collisions"])
-    lines += [f"            {together} (each: --json)"] * bool(together)
+    if together:
+        lines.append(f"{INDENT}{together} (each: --json)")
     lines += _shortened(met, lambda each: f"  collision {each}", lambda _: " collisions", INDENT)
     lines += _shortened([*summary.get("probes", {}).items()], _probe, lambda _: " probes", INDENT)
     lines += _at_end(summary["final"]["bodies"])
@@ -260,7 +261,8 @@ def _probe(entry: tuple[str, Mapping[str, float]]) -> str:
     """Return the range of a probe's channel in its unit."""
     channel, ranges = entry
     unit = UNITS.get(channel.partition(":")[0], "1")
-    return f"  probe     {channel}: {_number(ranges['min'])} to {_number(ranges['max'])}{f' {unit}' * (unit != '1')}"
+    shown_unit = "" if unit == "1" else f" {unit}"
+    return f"  probe     {channel}: {_number(ranges['min'])} to {_number(ranges['max'])}{shown_unit}"
 
 
 def _at_end(bodies: Mapping[str, Mapping[str, Any]]) -> list[str]:

@@ -201,9 +201,8 @@ def of_comparison(
                 f'<tr><th>{_text(row["name"])}</th><td colspan="{len(headings) - 1}">{_text(row["failure"])}</td></tr>'
             )
             continue
-        cells = (
-            f'<td class="n">{"<b>" * cell.best}{_text(cell.text)}{"</b>" * cell.best}</td>' for cell in row["cells"]
-        )
+        texts = (f"<b>{_text(cell.text)}</b>" if cell.best else _text(cell.text) for cell in row["cells"])
+        cells = (f'<td class="n">{text}</td>' for text in texts)
         lines.append(f"<tr><th>{_text(row['name'])}</th>{''.join(cells)}</tr>")
     top = "".join(
         f'<th class="{"n" if number else ""}">{_text(name)}{f" [{_text(unit)}]" if unit else ""}</th>'

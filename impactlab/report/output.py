@@ -60,7 +60,7 @@ def output_folder(folder: Path) -> Iterator[Path]:
     """Yield a temporary folder that takes the place of ``folder`` on success only."""
     check_target(folder)
     target = folder.absolute()
-    sweep(target.parent)
+    delete_old_drafts(target.parent)
     draft = new_draft(target.parent, target.name)
     try:
         yield draft
@@ -84,7 +84,7 @@ def new_draft(parent: Path, name: str) -> Path:
     return Path(tempfile.mkdtemp(prefix=f".{name[:100]}{DRAFT}{_host()}-{os.getpid()}.", dir=parent))
 
 
-def sweep(parent: Path) -> None:
+def delete_old_drafts(parent: Path) -> None:
     """Delete the drafts in a folder, except those of processes at work."""
     for path in parent.glob(f".*{DRAFT}*"):
         host, _, number = path.name.rpartition(DRAFT)[2].partition(".")[0].rpartition("-")

@@ -62,8 +62,8 @@ def write_page(
             side_by_side([partial(each.write, folder, files.formats) for each in shown])
     formats = () if files.width else files.formats
     load_matplotlib()  # once, not in each process that draws
-    live = partial(page_data, page.traces, scene, compared=page.command == "compare") if page.traces else str
-    calls: list[Callable[[], str | None]] = [*page.others, live]
+    calls: list[Callable[[], str | None]] = [*page.others]
+    calls.append(partial(_live_data, page, scene))
     calls += [partial(each.write, folder, formats) for each in shown]
     data, *drawings = (text or "" for text in side_by_side(calls)[len(page.others) :])
     figures, rules = on_page(shown, drawings)
@@ -97,6 +97,11 @@ def write_page(
         data=data,
     )
     (out_dir / "index.html").write_text(text, encoding="utf-8")
+
+
+def _live_data(page: Page, scene: Scene) -> str:
+    """Return the data that the script of a page draws; empty for a page without histories."""
+    return page_data(page.traces, scene, compared=page.command == "compare") if page.traces else ""
 
 
 def _write_sources(folder: Path, provenance: Provenance) -> list[tuple[str, str]]:

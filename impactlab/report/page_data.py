@@ -17,7 +17,7 @@ from impactlab.report.figures import mechanism
 from impactlab.report.figures.named_contacts import with_figures
 from impactlab.report.figures.signals import Panel, panels, sampled, shown
 from impactlab.report.figures.stage import Frames, described, frames
-from impactlab.report.figures.style import DASHES, PALETTE, Trace
+from impactlab.report.figures.style import DASHES, INK, PALETTE, Trace
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
@@ -114,7 +114,7 @@ def _text(
 
 
 def _method(trace: Trace) -> dict[str, Any]:
-    colour = "ink" if trace.colour == "ink" else f"c{PALETTE.index(trace.colour)}"
+    colour = "ink" if trace.colour == INK else f"c{PALETTE.index(trace.colour)}"
     return {"name": trace.name, "colour": colour, "dash": DASHES.index(trace.dash)}
 
 

@@ -15,7 +15,6 @@ from impactlab.report.figures.named_contacts import NamedContact, law_of, named_
 from impactlab.report.figures.row_diagram import is_row, row_of_forces
 from impactlab.report.figures.signals import MEASURED, Panel
 from impactlab.report.figures.style import Trace, exact_of
-from impactlab.scene.bodies import Mechanism
 from impactlab.scene.problem import Scene
 
 MAX_PRINTED = 3  # contacts and bodies that have figures of their own on a page without all of them
@@ -35,13 +34,15 @@ def of_run(trace: Trace, scene: Scene) -> list[PageFigure]:
     )
     along = fields_at_snapshots([trace], scene, f"at the snapshots.{dark if kind == 'exact' else ''}")
     over_time = histories_of([trace], scene, f"Positive in compression.{dark}", dark)
-    chains = [name for name, body in scene.bodies.items() if isinstance(body, Mechanism)]
     words = "To scale, links drawn straight: at the start, where contacts begin, and at the end."
     moved = [
         PageFigure(
-            f"mechanism_{name}", f"Mechanism {name}", words, partial(mechanism.positions, trace.history, scene, name)
+            f"mechanism_{chain.name}",
+            f"Mechanism {chain.name}",
+            words,
+            partial(mechanism.positions, trace.history, scene, chain),
         )
-        for name in chains
+        for chain in mechanism.chains(scene)
     ]
     own = [trace.history, *([trace.reference] if trace.reference is not None else [])]
     first = [*moved, *applications.of_laws_with_memory(trace, scene), *probes([trace], scene, compared=False)]
@@ -83,7 +84,14 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
         "where energy was lost that no formula explains."
     )
     figures.append(
-        PageFigure("energy", "Energy balance", words, partial(balance.energy_balance, shown, scene), True, False)
+        PageFigure(
+            "energy",
+            "Energy balance",
+            words,
+            partial(balance.energy_balance, shown, scene),
+            has_live_twin=True,
+            is_printed=False,
+        )
     )
     return figures + fields_at_snapshots(shown, scene, f"at the snapshots, one row per method.{dark}")
 
@@ -100,7 +108,8 @@ def probes(shown: Sequence[Trace], scene: Scene, *, compared: bool) -> list[Page
     words += _on_instruments(panels)
     dark = " The dark line is the reference." if len(histories) > 1 else ""
     draw = partial(plots.signals, panels, histories, scene, compared=compared)
-    return [PageFigure("probes", "Probes", words + dark, draw, True, not (compared and scene.contacts))]
+    is_printed = not (compared and scene.contacts)
+    return [PageFigure("probes", "Probes", words + dark, draw, has_live_twin=True, is_printed=is_printed)]
 
 
 def _on_instruments(panels: Sequence[Panel]) -> str:
@@ -139,13 +148,13 @@ def histories_of(
                 f"Contact force{of}",
                 _on_pieces(contact) + force,
                 draw,
-                len(shown) == 1,
-                number < MAX_PRINTED,
+                has_live_twin=len(shown) == 1,
+                is_printed=number < MAX_PRINTED,
             )
         )
         if not contact.linked:
             draw = partial(plots.gap, shown, scene, contact.name)
-            figures.append(PageFigure(f"gap{tail}", f"Gap{of}", words, draw, True, False))
+            figures.append(PageFigure(f"gap{tail}", f"Gap{of}", words, draw, has_live_twin=True, is_printed=False))
     if not scene.contacts:
         return figures
     histories, compared = signals.shown(shown), len(shown) > 1
@@ -159,7 +168,7 @@ def histories_of(
         if any(body.changes for body in scene.bodies.values()):
             words = f"Faces of a mechanism have their position in space, along the contact. {words}"
         draw = partial(plots.signals, panels, histories, scene, compared=compared)
-        figures.append(PageFigure("displacement", "Displacement", words, draw, True, False))
+        figures.append(PageFigure("displacement", "Displacement", words, draw, has_live_twin=True, is_printed=False))
     if plots.differences(shown):
         words = (
             "The largest difference of a displacement from the reference so far, in % of its largest "

@@ -66,14 +66,14 @@ def write_run(
     if not is_large:
         arrays()
     name, (part, left_out) = _label(summary), drawn_part(scene)
-    trace = Trace(name, history, PALETTE[0], reference=reference[1] if reference else None)
+    trace = Trace(name, history, PALETTE[0], reference=reference.history if reference else None)
     page = Page(
         command="run",
         options="",
         kicker="impactlab · one run",
         method=facts.method_facts(summary, facts.units_of(history), [each.name for each in scene.contacts]),
         findings=findings(summary),
-        table=comparison(str(summary["case"]), reference[0] if reference else None, [(name, summary)]),
+        table=comparison(str(summary["case"]), reference.name if reference else None, [(name, summary)]),
         traces=[trace],
         figures=page_figures.of_run(trace, part),
         files=[
@@ -166,7 +166,9 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
             f"{link['name'].replace('|', ' and ')}{several}: {moved}{forces}, {facts.si(link['loss'], 'J')} taken."
         )
     together, met = collision_sentences(summary["collisions"], facts.si)
-    sentences += [f"{together}."] * bool(together) + [f"Collision of {each}." for each in met[:MAX_SENTENCES]]
+    if together:
+        sentences.append(f"{together}.")
+    sentences += [f"Collision of {each}." for each in met[:MAX_SENTENCES]]
     for channel, ranges in list(summary["probes"].items())[:MAX_SENTENCES]:
         quantity = channel.partition(":")[0]
         low, high = (facts.si(ranges[name], UNITS.get(quantity, "1")) for name in ("min", "max"))

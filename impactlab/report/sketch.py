@@ -41,7 +41,7 @@ def sketch(scene: Scene) -> str:
             parts.append(f'<rect x="{x:.1f}" y="{MIDDLE - 26}" width="{width}" height="52" rx="3" class="mass"/>')
         else:
             width = WALL
-            parts.append(_hatch(x if number else x + width, -1 if number == 0 else 1, 34.0))
+            parts.append(_hatch(x + width, -1, 34.0) if number == 0 else _hatch(x, 1, 34.0))
         parts.append(f'<text x="{x + width / 2:.1f}" y="{MIDDLE + 48}" text-anchor="middle">{escape(body.name)}</text>')
         velocity = 0.0 if not isinstance(body, Mass | WaveBody) else body.velocity
         if velocity:

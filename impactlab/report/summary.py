@@ -18,7 +18,8 @@ from impactlab.metrics import norms as metrics
 from impactlab.metrics.collisions import collisions
 from impactlab.plugins import kind_of
 from impactlab.printing import plain
-from impactlab.refine.references.outlook import Outlook, of
+from impactlab.refine.references import outlook as outlooks
+from impactlab.refine.references.outlook import Outlook
 from impactlab.refine.references.reference_record import Reference
 from impactlab.refine.references.stated_error import measured_error, set_measured_error
 from impactlab.scene.bodies import Body, Mechanism, PartMechanism, WaveBody
@@ -78,11 +79,12 @@ def summarise(
         Why there is no reference, if there is none; by default that none exists for the scene.
     """
     scene, tolerance, found = history.scene, history.method.tolerance, None
-    if reference is not None:
+    against = None if reference is None else Reference(*reference)
+    if against is not None:
         with spent_on(REFERENCE):
-            found = errors(history, Reference(*reference))
+            found = errors(history, against)
         if tolerance is not None:
-            set_measured_error(history, measured_error(found, Reference(*reference), tolerance.on))
+            set_measured_error(history, measured_error(found, against, tolerance.on))
     summary = {
         "schema_version": SCHEMA_VERSION,
         "case": case_name,
@@ -98,7 +100,7 @@ def summarise(
         "rotation": rotation(scene),
         "probes": {probe.channel: _ranges(history, probe.channel) for probe in scene.probes},
         "errors": found,
-        "reference": (outlook or of(Reference(*reference) if reference else None)).document,
+        "reference": (outlook or outlooks.of(against)).document,
         "cost": dataclasses.asdict(history.cost),
         "choice": None if history.choice is None else history.choice.document(method(history)),
         "warnings": [{"code": warned.code, "text": warned.text} for warned in history.warnings],

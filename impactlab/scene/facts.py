@@ -183,9 +183,7 @@ def steady_facts(scene: Scene) -> dict[str, dict[str, Any]]:
 
 def impedance_of(scene: Scene, contact: Contact) -> float:
     """Return the impedance [N s/m] of a contact's rods in series; inf without one."""
-    compliances = 0.0
-    for point in contact.faces:
-        compliances += 1.0 / scene.bodies[point.body].impedance_at(point.x)
+    compliances = sum(1.0 / scene.bodies[point.body].impedance_at(point.x) for point in contact.faces)
     return math.inf if compliances == 0.0 else 1.0 / compliances
 
 

@@ -164,8 +164,10 @@ def with_room(scene: Scene, state: int) -> Scene:
     if not scene.frames:
         return scene
     room = int(FRAMES * memory_limit() / (2.0 * BYTES * max(1, state)))
-    every = math.ceil(len(scene.frames) / room) if room else len(scene.frames) + 1
-    return scene if every <= 1 else dataclasses.replace(scene, frames=scene.frames[::every] if room else ())
+    if room == 0:
+        return dataclasses.replace(scene, frames=())
+    every = math.ceil(len(scene.frames) / room)
+    return scene if every == 1 else dataclasses.replace(scene, frames=scene.frames[::every])
 
 
 def check_cells(cells: float, name: str) -> None:

@@ -37,25 +37,26 @@ def read_over(case: Case, text: str) -> tuple[str, list[Any]]:
     if found is None and HALF_RANGE.fullmatch(values):
         text = f"--over {shown(text)} gives a range without its number of values"
         raise CaseError(text, remedy=f"Write {path}=FIRST:LAST:COUNT, as in {path}={values}:11.", path=path)
-    if found is None and (ends := values.split(":"))[2:] and HALF_RANGE.fullmatch(":".join(ends[:2])):
-        text = f"--over {shown(text)}: {shown(':'.join(ends[2:]))} is not a number of values"
-        raise CaseError(text, remedy=f"Write a whole number, as in {path}={ends[0]}:{ends[1]}:11, or 11log.", path=path)
+    first, _, rest = values.partition(":")
+    last, colon, number = rest.partition(":")
+    if found is None and colon and HALF_RANGE.fullmatch(f"{first}:{last}"):
+        text = f"--over {shown(text)}: {shown(number)} is not a number of values"
+        raise CaseError(text, remedy=f"Write a whole number, as in {path}={first}:{last}:11, or 11log.", path=path)
     if found is None:
         return path, [_parsed(value, path) for value in _split(values)]
-    first, last = (in_si(case, path, _parsed(found[name], path)) for name in ("first", "last"))
+    start, end = (in_si(case, path, _parsed(found[name], path)) for name in ("first", "last"))
     count = int(found["count"])
-    for end in (first, last):
-        if not isinstance(end, (int, float)) or isinstance(end, bool):
-            text = f"{shown(end)} is not a number and cannot begin or end a range"
+    for bound in (start, end):
+        if not isinstance(bound, (int, float)) or isinstance(bound, bool):
+            text = f"{shown(bound)} is not a number and cannot begin or end a range"
             raise CaseError(text, path=path, remedy="List the values.")
     if not 2 <= count <= MAX_RANGE:
         text = f"a range of {count} values; allowed: 2 to {MAX_RANGE}"
         raise CaseError(text, remedy="Give another number of values.", path=path)
-    if found["log"] and not first * last > 0.0:
-        raise CaseError(
-            f"equal ratios from {first:g} to {last:g} pass through zero", path=path, remedy="Leave out log."
-        )
-    return path, (np.geomspace if found["log"] else np.linspace)(first, last, count).tolist()
+    if found["log"] and not start * end > 0.0:
+        raise CaseError(f"equal ratios from {start:g} to {end:g} pass through zero", path=path, remedy="Leave out log.")
+    spaced = np.geomspace if found["log"] else np.linspace
+    return path, spaced(start, end, count).tolist()
 
 
 def _parsed(text: str, path: str) -> Any:
@@ -73,7 +74,10 @@ def _split(values: str) -> list[str]:
     """Return the parts between commas outside brackets."""
     parts, depth = [""], 0
     for letter in values:
-        depth += (letter in "[{") - (letter in "]}")
+        if letter in "[{":
+            depth += 1
+        elif letter in "]}":
+            depth -= 1
         if letter == "," and depth == 0:
             parts.append("")
         else:

@@ -30,10 +30,10 @@ from impactlab.sweeps.axes import Points
 from impactlab.sweeps.batch_numbers import (
     BatchMismatch,
     NotServed,
+    check_networks,
     inner_points,
     numbers_of,
     over_all,
-    prove,
     within_limits,
 )
 from impactlab.sweeps.quantities import WantedQuantity
@@ -164,7 +164,7 @@ def _batch(case: Case, grid: Points, wanted: Sequence[WantedQuantity], single: C
     first = grid.case(case, 0)
     base = numbers_of(first)
     batch = Batch(first.simulation(), grid, base, case, wanted, refused)
-    prove(case, grid, base, batch.marcher)
+    check_networks(case, grid, base, batch.marcher)
     _try(batch, grid.count, wanted, single)
     return batch
 
@@ -185,23 +185,23 @@ def columns_of(each: WantedQuantity, pattern: Pattern) -> NDArray[np.int64]:
     raise KeyError(each.name)
 
 
-def _try(batch: Batch, count: int, sought: Sequence[WantedQuantity], single: Callable[[int], Values | None]) -> None:
+def _try(batch: Batch, count: int, wanted: Sequence[WantedQuantity], single: Callable[[int], Values | None]) -> None:
     """Compare some points with runs, and time others; raise `BatchMismatch` where they differ."""
     chosen = inner_points(count)
     values, served = batch.at(chosen)
     if not served.any():
         raise NotServed("none of the points that were tried")
     for place in np.flatnonzero(served)[:TRIAL_POINTS].tolist():
-        wanted = single(chosen[place])
-        for each, table, own in zip(sought if wanted else (), values, wanted or (), strict=False):
+        alone = single(chosen[place])
+        if alone is None:
+            raise NotServed(f"point {chosen[place]} has no values on its own")
+        for each, table, own in zip(wanted, values, alone, strict=True):
             scale = float(np.max(np.abs(table[served]), initial=0.0, where=np.isfinite(table[served])))
             floor = TRIED_TOL * scale + (ROUNDING if each.unit == "1" else 0.0)
             if not np.allclose(table[place], own, rtol=TRIED_TOL, atol=floor, equal_nan=True):
                 raise BatchMismatch(
                     f"{each.name} of point {chosen[place]} is {table[place]} in a batch, {own} in a run"
                 )
-        if wanted is None:
-            raise NotServed(f"point {chosen[place]} has no values on its own")
     began = time.perf_counter()
     batch.at(chosen)
     batch.seconds = (time.perf_counter() - began) / len(chosen)

@@ -174,7 +174,7 @@ def inner_points(count: int) -> list[int]:
     return list(dict.fromkeys([0, count - 1, *chosen]))
 
 
-def prove(case: Case, grid: Points, base: marcher.Built, march: marcher.Marcher) -> None:
+def check_networks(case: Case, grid: Points, base: marcher.Built, march: marcher.Marcher) -> None:
     """Build corners and some points to compare networks; raise `NotServed` where one differs."""
     for settings in corners(grid):
         if not numbers_of(at_point(case, settings)).pattern.same_as(base.pattern):

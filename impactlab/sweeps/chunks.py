@@ -82,7 +82,8 @@ class Folder:
                 contextlib.suppress(OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError),
                 np.load(path, allow_pickle=False) as found,
             ):
-                values = tuple(found[f"value{number}"] for number in range(len(found.files) - 4))
+                count = sum(name.startswith("value") for name in found.files)
+                values = tuple(found[f"value{number}"] for number in range(count))
                 words = found["reasons"].tolist()
                 reason = tuple(words[number] for number in found["reason"].tolist())
                 yield Chunk(int(path.stem), found["status"], reason, values, found["engine"])
@@ -109,7 +110,7 @@ def refuse_folder(path: Path, content: Mapping[str, Any], shard: Shard | None) -
         raise CaseError(text, path="--out", remedy="Give a new folder with --out.")
     if (path / CONTENT).exists():
         _refuse_other(path, content)
-        with held(path, shard, lambda: None):
+        with held(path, shard):
             pass
 
 

@@ -139,6 +139,11 @@ def fingerprint(plugins: tuple[str, ...]) -> dict[str, str]:
     return found | {f"version of {name}": version for name, version in numeric_environment().items()}
 
 
+def _plugins_in(hashes: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the plugins whose hashes are in a `fingerprint`."""
+    return tuple(name.removeprefix("plugin ") for name in hashes if name.startswith("plugin "))
+
+
 def _refuse_others(client: Client, address: str, expected: Mapping[str, str]) -> None:
     """Raise `CaseError` where there is no worker, or one with other code."""
     try:
@@ -146,8 +151,7 @@ def _refuse_others(client: Client, address: str, expected: Mapping[str, str]) ->
     except TimeoutError:
         text = f"the cluster at {address} has no workers"
         raise CaseError(text, path="--cluster", remedy="Start its workers.") from None
-    plugins = tuple(name.removeprefix("plugin ") for name in expected if name.startswith("plugin "))
-    for worker, found in client.run(fingerprint, plugins, on_error="return").items():
+    for worker, found in client.run(fingerprint, _plugins_in(expected), on_error="return").items():
         if isinstance(found, Exception):
             raise _other(worker, f"cannot load impactlab and its plugins: {type(found).__name__}: {str(found)[:200]}")
         for name, value in expected.items():
@@ -339,6 +343,7 @@ def _gone(address: str) -> SweepError:
 
 
 def _whole(made: Sweep) -> Sweep:
+    """Return a sweep as it is: the task whose result all other tasks take, so that it is sent once."""
     return made
 
 
@@ -347,8 +352,7 @@ _one_at_a_time = threading.Lock()  # of the threads of a worker
 
 def _chunk(made: Sweep, expected: Mapping[str, str], first: int, last: int) -> Chunk:
     """Return a chunk, in a worker."""
-    plugins = tuple(name.removeprefix("plugin ") for name in expected if name.startswith("plugin "))
-    if fingerprint(plugins) != expected:
+    if fingerprint(_plugins_in(expected)) != expected:
         raise RuntimeError("it joined with another code of impactlab, of plugins or libraries")
     with _one_at_a_time:
         [chunk] = computed(made, [first], last - first, 0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import shlex
 import zlib
 from collections.abc import Collection
@@ -136,7 +137,7 @@ def _data(found: xarray.Dataset, names: list[str], again: str, *, is_chosen: boo
     dims = [str(dim) for dim in found["status"].dims]
     widths = {name: found[name].size // found["status"].size for name in names}
     every, columns = 1, 2 + sum(widths.values())
-    while np.prod([-(-size // every) for size in found["status"].shape]) * columns > MAX_VALUES:
+    while np.prod([math.ceil(size / every) for size in found["status"].shape]) * columns > MAX_VALUES:
         every += 1
     part = found.isel({dim: slice(None, None, every) for dim in dims})
     reasons, which = np.unique(part["reason"].values.ravel().astype(str), return_inverse=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import textwrap
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -107,7 +108,7 @@ def set_axis(axes: Axes, which: str, place: Places, columns: int = 1) -> None:
         if place.edges[-1] < 100.0 * place.edges[0]:
             getattr(axes, f"{which}axis").set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     if place.words:
-        shown = place.x.astype(int)[:: -(-len(place.x) // MAX_WORDS)]
+        shown = place.x.astype(int)[:: math.ceil(len(place.x) / MAX_WORDS)]
         getattr(axes, f"set_{which}ticks")(place.x[shown], [place.words[number] for number in shown])
         if which == "x" and _is_tilted(place, columns):
             axes.tick_params(axis="x", labelrotation=30.0)

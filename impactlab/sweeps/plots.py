@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -115,8 +116,10 @@ def _lines(found: xarray.Dataset, tables: list[Any], labels: list[str], axis: st
     place, named = places(found[axis]), labelled([table.values for table in tables], len(PALETTE))
     missing, sequences = ~np.isin(found["status"].values, ENDED), _sequences(found, [axis])
     edges = place.edges[1:-1][(np.diff(sequences) != 0) & ~missing[1:] & ~missing[:-1]]
-    entries = (edges.size > 0) + (len(named) + (len(named) < len(tables)) if labels[0] else 0)
-    top = 0.15 + LEGEND_ROW * max(1, -(-entries // LEGEND_COLUMNS))
+    entries = 1 if edges.size else 0
+    if labels[0]:
+        entries += len(named) + (1 if len(named) < len(tables) else 0)  # all curves without a name are one entry
+    top = 0.15 + LEGEND_ROW * max(1, math.ceil(entries / LEGEND_COLUMNS))
     margins = Margins(left=0.9, right=0.2, top=top, bottom=lower_margin(place, 1))
     figure, [[axes]] = grid(1, 1, 3.2, margins)
     axes.set_label(PANEL)
@@ -136,7 +139,8 @@ def _lines(found: xarray.Dataset, tables: list[Any], labels: list[str], axis: st
                             linewidth=1.5 if has_name else 0.5, drawstyle="steps-mid" if is_counted else "default",
                             label=labels[number] if has_name else f"... {len(tables) - len(named)} more")  # fmt: skip
         handles.append(line)
-    handles = handles[-len(named) :] + handles[: -len(named)][:1] if labels[0] else []
+    without_name, with_name = handles[: -len(named)], handles[-len(named) :]  # as they were drawn
+    handles = [*with_name, *without_name[:1]] if labels[0] else []
     set_axis(axes, "x", place)
     axes.set_ylabel(label_of(tables[0], unit))
     empty = missing | ~np.any([np.isfinite(table.values) for table in tables], axis=0)
@@ -155,10 +159,10 @@ def _scatters(found: xarray.Dataset, tables: list[Any], labels: list[str], dims:
     """Draw all points over each axis, and in a grid the means over all other axes."""
     listed_points, paths = dims == ["point"], axes_of(found)
     unit = _common_unit(tables)
-    every, columns = -(-found["status"].size // MAX_DOTS), min(2, len(paths))
+    every, columns = math.ceil(found["status"].size / MAX_DOTS), min(2, len(paths))
     drawn_tables = labelled([table.values.ravel() for table in tables], len(PALETTE))
     across, numbers = zip(*(_places_of_points(found, path) for path in paths), strict=True)
-    rows = -(-len(drawn_tables) // LEGEND_COLUMNS) if labels[0] else 0
+    rows = math.ceil(len(drawn_tables) / LEGEND_COLUMNS) if labels[0] else 0
     below = max(lower_margin(each, columns) for each in across)
     top = 0.15 + LEGEND_ROW * max(1, rows)
     margins = Margins(left=0.9, right=0.2, top=top, bottom=below, across=0.8, down=0.15 + below)

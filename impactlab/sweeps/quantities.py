@@ -80,13 +80,13 @@ def one_by_one(names: str | Sampled | Sequence[str | Sampled]) -> Sequence[str |
     remedy = "Name one; `impactlab plugins` lists them."
     if not isinstance(names, Iterable):
         raise CaseError(f"{shown(names)} is no quantity", remedy=remedy, path="quantities")
-    listed = [*names]
-    if not listed:
+    every = [*names]
+    if not every:
         raise CaseError("a sweep without a quantity", remedy=remedy)
-    for each in listed:
+    for each in every:
         if not isinstance(each, (str, Sampled)):
             raise CaseError(f"{shown(each)} is no quantity", remedy=remedy, path="quantities")
-    return listed
+    return every
 
 
 def quantities_of(
@@ -226,14 +226,15 @@ def impulse(scene: Scene, history: AbstractHistory) -> dict[str, float]:
 @quantity("N", CONTACT)
 def peak_force(scene: Scene, history: AbstractHistory) -> dict[str, float]:
     """Largest contact force; missing for laws of impulses, and for links (see largest_force)."""
-    peaks = {name: [span.peak_force for span in history.spans(name)] for name in (each.name for each in scene.contacts)}
-    return {
-        name: max(
-            (peak for peak in found if peak is not None),
-            default=math.nan if found or history.method.laws[name].two_sided else 0.0,
-        )
-        for name, found in peaks.items()
-    }
+    found = {}
+    for name in (contact.name for contact in scene.contacts):
+        spans = history.spans(name)
+        peaks = [span.peak_force for span in spans if span.peak_force is not None]
+        if peaks:
+            found[name] = max(peaks)
+        else:
+            found[name] = math.nan if spans or history.method.laws[name].two_sided else 0.0
+    return found
 
 
 @quantity("N", LINK)
@@ -251,8 +252,10 @@ def _of_sum(history: AbstractHistory, name: str, peaks: list[float]) -> float:
 
     ``peaks`` are their peaks. It is NaN where one has none.
     """
-    if len(peaks) == 1 or not all(map(math.isfinite, peaks)):
-        return peaks[0] if len(peaks) == 1 else math.nan
+    if len(peaks) == 1:
+        return peaks[0]
+    if not all(map(math.isfinite, peaks)):
+        return math.nan
     return max(*peaks, history.largest(f"force:{name}"))
 
 

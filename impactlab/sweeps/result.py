@@ -179,7 +179,8 @@ def rows(found: xarray.Dataset, first: int = 0, last: int | None = None) -> pand
 
 
 def _headed(name: str, variable: xarray.DataArray) -> str:
-    return f"{name} [{unit}]" if (unit := unit_of(variable)) else name
+    unit = unit_of(variable)
+    return f"{name} [{unit}]" if unit else name
 
 
 def write_table(found: xarray.Dataset, file: Path) -> None:

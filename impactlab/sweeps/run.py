@@ -163,12 +163,10 @@ def _made_of(
             known = {axis["path"]: axis for axis in before["axes"]}
     if isinstance(points, Points):
         grid = points
+    elif over is not None:
+        grid = axes.grid(case, over, known)
     else:
-        grid = (
-            axes.grid(case, over, known)
-            if over is not None
-            else axes.listed(case, {} if points is None else points, known)
-        )
+        grid = axes.listed(case, {} if points is None else points, known)
     ends = []
     for number in {0, grid.count - 1}:
         with contextlib.suppress(ImpactlabError):

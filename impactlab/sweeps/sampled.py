@@ -41,7 +41,8 @@ class Extreme(NamedTuple):
 
     def value(self, history: AbstractHistory) -> float:
         """Return the value of a run, in the SI unit of the channel."""
-        return extremes(history, self.channel)[self.of == "max"]
+        least, largest = extremes(history, self.channel)
+        return largest if self.of == "max" else least
 
 
 def extreme_in(name: str) -> Extreme | None:

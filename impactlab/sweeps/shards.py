@@ -13,7 +13,7 @@ import re
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 from impactlab.casefile.text.words import shown
 from impactlab.errors import CaseError
@@ -23,7 +23,6 @@ LOCK, SHARD_LOCKS = "sweep.lock", "shard-*.lock"
 PATIENCE_S = 10.0  # s that a shard waits for others to open the folder
 MAX_SHARDS = 1_000_000
 WAIT = "Wait for it, or give another --out."
-T = TypeVar("T")
 
 
 class Shard(NamedTuple):
@@ -58,10 +57,10 @@ def read_shard(given: str | tuple[int, int]) -> Shard:
 
 
 @contextlib.contextmanager
-def held(path: Path, shard: Shard | None, prepare: Callable[[], T]) -> Iterator[T]:
-    """Hold the lock of a folder or shard, and yield the result of ``prepare``.
+def held(path: Path, shard: Shard | None, prepare: Callable[[], None] = lambda: None) -> Iterator[None]:
+    """Hold the lock of a folder or shard.
 
-    It runs undisturbed.
+    ``prepare`` is called first, while no other program opens the folder.
 
     Raises
     ------
@@ -82,8 +81,8 @@ def held(path: Path, shard: Shard | None, prepare: Callable[[], T]) -> Iterator[
                 kept.push(opening.pop_all())
             else:
                 locked(kept.enter_context((path / shard.lock).open("a")).fileno())
-            prepared = prepare()
-        yield prepared
+            prepare()
+        yield
 
 
 def _refuse_overlap(lock: Path, shard: Shard | None) -> None:

@@ -145,9 +145,10 @@ class _Reader:
         else:
             raise self._wrong(f"{shown(given)} is not a distribution")
         if np.any(np.asarray(shape.ppf(INNER)) % 1.0) and axes.takes_whole(self.case, self.path):
-            raise self._wrong("a distribution with values that are not whole numbers, where the case takes only whole "
-"numbers",
-                              f"Write {NAMES['table']}.")  # fmt: skip
+            raise self._wrong(
+                "a distribution with values that are not whole numbers, where the case takes only whole numbers",
+                f"Write {NAMES['table']}.",
+            )
         mean, deviation = float(shape.mean()), float(shape.std())
         if not (math.isfinite(mean) and math.isfinite(deviation)):
             raise self._wrong("a distribution without a finite mean and deviation")
@@ -189,13 +190,14 @@ class _Reader:
         """Return a value of the path in SI, checked by the case."""
         axis = axes.read_axis(self.case, self.path, (_plain(given),))
         self.unit = axis.unit
-        return self._number(axis.si[0])
+        return self._number(axis.si[0], self.unit)
 
-    def _number(self, given: Any) -> float:
+    def _number(self, given: Any, unit: str) -> float:
+        """Return a number in SI, given in SI or as a text with its unit."""
         given = _plain(given)
         if isinstance(given, str):
             try:
-                return to_si(given, self.unit)
+                return to_si(given, unit)
             except ValueError as error:
                 raise self._wrong(str(error)) from None
         if isinstance(given, bool) or not isinstance(given, (int, float)) or not math.isfinite(given):
@@ -205,12 +207,11 @@ class _Reader:
     def _deviation(self, text: str, mean: float) -> float:
         share = re.fullmatch(r"([^%]*)%", text)
         if share is None:
-            found = self._number(text)
+            found = self._number(text, self.unit)
         elif mean == 0.0:
             raise self._wrong(f"{shown(text)} of a mean of zero", f"Give the deviation in {self.unit or 'numbers'}.")
         else:
-            unit, self.unit = self.unit, "1"
-            found, self.unit = 0.01 * abs(mean) * self._number(share[1].strip()), unit
+            found = 0.01 * abs(mean) * self._number(share[1].strip(), "1")
         if not found > 0.0:
             raise self._wrong(f"the standard deviation {shown(text)} is not above zero", "Give one above zero.")
         return found
@@ -242,11 +243,9 @@ class _Reader:
         if not given:
             raise self._wrong("a table without values", f"Write {NAMES['table']}.")
         self._value(given[0])
-        values = [self._number(value) for value in given]
+        values = [self._number(value, self.unit) for value in given]
         axes.read_axis(self.case, self.path, tuple(values))
-        unit, self.unit = self.unit, "1"
-        heavy = np.array([self._number(weight) for weight in weights or [1.0] * len(values)])
-        self.unit = unit
+        heavy = np.array([self._number(weight, "1") for weight in weights or [1.0] * len(values)])
         if np.any(heavy < 0.0) or not heavy.sum() > 0.0:
             raise self._wrong("a table with a negative weight, or none above zero", "Give weights above zero.")
         return Table(np.array(values), heavy)
@@ -277,4 +276,6 @@ def _text(given: Any) -> str:
         return type(given).__name__
     parts = [f"{value}: {given[value]}" for value in given] if isinstance(given, Mapping) else list(map(str, given))
     text = f"table({', '.join(parts)})"
-    return text if len(text) <= MAX_TEXT else f"table of {len(parts)} {'weighted ' * isinstance(given, Mapping)}values"
+    if len(text) <= MAX_TEXT:
+        return text
+    return f"table of {len(parts)} {'weighted values' if isinstance(given, Mapping) else 'values'}"

@@ -85,9 +85,17 @@ def evaluated(
         text = "Points without values stop the Sobol indices."
         warnings.append(f"{text} To leave them out: failed='leave_out', or --failed leave_out.")
     return Uncertainty(
-        case.label, uncertain, made.samples, made.seed, percents, tuple(spreads), tuple(shares), tuple(found),
-        tuple(warnings), data,
-    )  # fmt: skip
+        case=case.label,
+        uncertain=uncertain,
+        samples=made.samples,
+        seed=made.seed,
+        percents=percents,
+        spreads=tuple(spreads),
+        shares=tuple(shares),
+        indices=tuple(found),
+        warnings=tuple(warnings),
+        data=data,
+    )
 
 
 def _open_words(spreads: Sequence[Spread], percents: Sequence[float], samples: int) -> list[str]:
@@ -120,10 +128,16 @@ def _spread(
 ) -> Spread:
     sets = [each[np.isfinite(each)] for each in values]
     return Spread(
-        name, label, unit_of(data[name]), sum(each.size for each in sets),
-        estimate(lambda of: float(np.mean(of)), sets), estimate(lambda of: float(np.std(of)), sets),
-        tuple(percentile(percent, sets) for percent in percents), line.mean, line.deviation,
-    )  # fmt: skip
+        quantity=name,
+        label=label,
+        unit=unit_of(data[name]),
+        samples=sum(each.size for each in sets),
+        mean=estimate(lambda of: float(np.mean(of)), sets),
+        deviation=estimate(lambda of: float(np.std(of)), sets),
+        percentiles=tuple(percentile(percent, sets) for percent in percents),
+        linear_mean=line.mean,
+        linear_deviation=line.deviation,
+    )
 
 
 def _shares(data: xarray.Dataset, made: Design) -> list[Share]:

@@ -204,9 +204,12 @@ def _digits(of: Estimate) -> int:
 
 def _with_error(of: Estimate) -> str:
     if math.isinf(of.error):
-        ends = [f"above {_number(of.lower, 6)}"] * math.isfinite(of.lower)
-        ends += [f"below {_number(of.upper, 6)}"] * math.isfinite(of.upper)
-        return f"{_number(of.value, 6)} ({''.join(ends) or 'open'})"
+        known = "open"
+        if math.isfinite(of.lower):
+            known = f"above {_number(of.lower, 6)}"
+        elif math.isfinite(of.upper):
+            known = f"below {_number(of.upper, 6)}"
+        return f"{_number(of.value, 6)} ({known})"
     return _number(of.value, _digits(of)) + (f" ± {float(f'{of.error:.1g}'):g}" if of.error > 0.0 else "")
 
 

@@ -107,7 +107,18 @@ def uncertainty(
     if shard is not None:
         there = np.count_nonzero(data["status"].values)
         words = f"{there:,} of {data.sizes['point']:,} points are there. A call without the shard gives the estimates."
-        return Uncertainty(case.label, uncertain, samples, seed, percents, (), (), (), (words,), data)
+        return Uncertainty(
+            case=case.label,
+            uncertain=uncertain,
+            samples=samples,
+            seed=seed,
+            percents=percents,
+            spreads=(),
+            shares=(),
+            indices=(),
+            warnings=(words,),
+            data=data,
+        )
     found = evaluated(case, made, data, list(quantities), percents, leave_out=failed == LEAVE_OUT)
     if out is not None:
         with kept_in(Path(out)):

@@ -10,7 +10,7 @@ import pytest
 import impactlab as il
 from impactlab.bench import table
 from impactlab.bench.cells import cells
-from impactlab.bench.places import Place, places_of, row_of
+from impactlab.bench.places import Place, places_of
 from impactlab.bench.references import References
 from impactlab.bench.rows import row_of as record_of
 from impactlab.bench.run import Bench
@@ -62,7 +62,7 @@ def test_a_row_names_the_line_that_a_run_names(tmp_path: Path, method: str, line
 def test_a_value_of_the_grid_has_a_file_and_no_line(tmp_path: Path) -> None:
     file, bench = made(tmp_path)
     cell = next(each for each in bench.cells if each.method == "own.many")._replace(method="grid_family")
-    assert places_of([file], [cell], bench.records) == {row_of(cell): Place(str(file), None)}
+    assert places_of([file], [cell], bench.records) == {cell.row_id: Place(str(file), None)}
 
 
 def test_the_document_without_places_is_as_before(tmp_path: Path) -> None:

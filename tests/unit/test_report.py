@@ -18,6 +18,7 @@ from impactlab.errors import CaseError
 from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
 from impactlab.history.sampling import FRAMES
 from impactlab.prefixes import scaled
+from impactlab.refine.references.reference_record import Reference
 from impactlab.report.compare_report import write_comparison
 from impactlab.report.comparison import comparison
 from impactlab.report.facts import findings, scene_facts, si
@@ -90,7 +91,7 @@ def history(scale: float = 1.0, *, kicks: bool = False, dt: float | None = 0.01)
     )
 
 
-EXACT = ("st_venant", history(dt=None))
+EXACT = Reference("st_venant", history(dt=None))
 ORIGIN = Provenance("A & B <here>", "Somebody 1999", date="2026-01-02 03:04 UTC")
 
 
@@ -130,16 +131,16 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a comparison as a command writes it."""
     folder = tmp_path_factory.mktemp("written")
     document, histories = three()
-    write_comparison(folder, document, histories, scene().scene, dict.fromkeys(histories, EXACT[1]), provenance=ORIGIN)
+    references = dict.fromkeys(histories, EXACT.history)
+    write_comparison(folder, document, histories, scene().scene, references, provenance=ORIGIN)
     return folder
 
 
 def test_a_comparison_writes_all_its_files(tmp_path: Path) -> None:
     document, histories = three()
     asked = figure_files("svg,png", None)
-    write_comparison(
-        tmp_path, document, histories, scene().scene, dict.fromkeys(histories, EXACT[1]), provenance=ORIGIN, files=asked
-    )
+    references = dict.fromkeys(histories, EXACT.history)
+    write_comparison(tmp_path, document, histories, scene().scene, references, provenance=ORIGIN, files=asked)
     assert json.loads((tmp_path / "comparison.json").read_text()) == document
     assert {path.name for path in tmp_path.iterdir()} == {
         "comparison.json",
@@ -245,7 +246,7 @@ def test_other_formats_and_widths_are_refused(formats: str, width: str | None, w
 def test_the_same_comparison_gives_the_same_bytes(written: Path, tmp_path: Path) -> None:
     document, histories = three()
     write_comparison(
-        tmp_path, document, histories, scene().scene, dict.fromkeys(histories, EXACT[1]), provenance=ORIGIN
+        tmp_path, document, histories, scene().scene, dict.fromkeys(histories, EXACT.history), provenance=ORIGIN
     )
     for path in written.rglob("*.*"):
         assert path.read_bytes() == (tmp_path / path.relative_to(written)).read_bytes(), path.name
@@ -253,7 +254,7 @@ def test_the_same_comparison_gives_the_same_bytes(written: Path, tmp_path: Path)
 
 def test_the_force_figure_has_a_panel_per_method_and_the_exact_force_in_each() -> None:
     _, histories = three()
-    shown = traces(histories, dict.fromkeys(histories, EXACT[1]))
+    shown = traces(histories, dict.fromkeys(histories, EXACT.history))
     figure = plots.force(shown, scene().scene, PAIR)
     panels = [axes for axes in figure.axes if axes.get_visible()]
     assert [axes.get_title("left") for axes in panels] == ["good", "poor", "kicks"]
@@ -273,12 +274,12 @@ def test_kicks_are_drawn_with_their_whole_impulse() -> None:
 
 
 def test_the_difference_figure_shows_how_far_a_method_has_strayed() -> None:
-    figure = plots.difference([Trace("poor", history(1.3), PALETTE[0], reference=EXACT[1])], scene().scene)
+    figure = plots.difference([Trace("poor", history(1.3), PALETTE[0], reference=EXACT.history)], scene().scene)
     assert figure.axes[0].lines[0].get_ydata()[-1] == pytest.approx(30.0, rel=1e-3)  # type: ignore[index]
 
 
 def test_contacts_are_drawn_where_they_are() -> None:
-    figure = overview.contacts([Trace("good", history(), PALETTE[0], reference=EXACT[1])], scene().scene)
+    figure = overview.contacts([Trace("good", history(), PALETTE[0], reference=EXACT.history)], scene().scene)
     axes = figure.axes[0]
     assert [label.get_text() for label in axes.get_yticklabels()] == ["exact", "good"]
     assert axes.collections[1].get_paths()[0].get_extents().bounds[0::2] == pytest.approx((0.0, 2.0))
@@ -303,7 +304,7 @@ def test_the_balance_is_drawn_in_per_cent_of_the_energy_in_play() -> None:
 
 
 def test_the_diagram_of_waves_has_place_to_the_right_and_time_upwards() -> None:
-    axes = diagram.lagrange(EXACT[1], scene().scene).axes[0]
+    axes = diagram.lagrange(EXACT.history, scene().scene).axes[0]
     image = axes.images[0].get_array()
     assert image is not None
     assert axes.images[0].get_extent() == [0.0, 1.0, 0.0, DURATION]

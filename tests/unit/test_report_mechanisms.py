@@ -15,7 +15,7 @@ from impactlab.report.console import summary_text
 from impactlab.report.facts import scene_facts
 from impactlab.report.figures import animation, mechanism
 from impactlab.report.figures.signals import panels
-from impactlab.report.figures.style import Trace
+from impactlab.report.figures.style import INK, Trace
 from impactlab.report.page_data import page_data
 from impactlab.report.summary import summarise
 
@@ -41,7 +41,7 @@ def test_joints_follow_from_the_angles(history: AbstractHistory) -> None:
 
 def test_the_data_of_a_page_hold_the_chain_and_the_bodies_that_it_meets(history: AbstractHistory) -> None:
     scene = history.scene
-    data = json.loads(page_data([Trace("", history, "ink")], scene, compared=False))
+    data = json.loads(page_data([Trace("", history, INK)], scene, compared=False))
     assert data["mechanism"]
     assert data["chains"] == [{"name": "press", "slide": 0.0}]
     (met,) = data["met"]
@@ -117,7 +117,7 @@ def test_a_face_of_a_link_has_a_position_and_the_mass_it_meets_a_displacement(hi
     """The face begins at 0.1 cos(-1.9) + sqrt(0.3^2 - (0.1 sin 1.9)^2) on its slide, the block at 0."""
     titles = {
         panel.title: panel.lines[0].values[0]
-        for panel in panels([Trace("run", history, "ink")], history.scene, compared=False)
+        for panel in panels([Trace("run", history, INK)], history.scene, compared=False)
     }
     assert titles["Position, rod.right"] == pytest.approx(
         0.1 * math.cos(1.9) + math.sqrt(0.09 - (0.1 * math.sin(1.9)) ** 2), abs=1e-6

@@ -13,6 +13,7 @@ from impactlab.bench.report.sheets import milliseconds, short
 from impactlab.bench.report.summary_sheets import percent_of, spreads
 from impactlab.bench.report.views import BOTH, TOLERANCES, SceneRows
 from impactlab.bench.schema import COMPLETED, Row
+from impactlab.printing import counted
 
 MAX_NAMED = 3  # methods that a sentence names
 
@@ -32,7 +33,7 @@ def _exact(scenes: Sequence[SceneRows]) -> str:
     leads = [[best(scene, BOTH, tolerance) for tolerance in TOLERANCES] for scene in served]
     wins = sum(all(lead is not None and lead.stepless for lead in found) for found in leads)
     several = len(scenes) > 1
-    among = f" in {len(served)} of {_scenes(len(scenes))}" if several else ""
+    among = f" in {len(served)} of {counted(len(scenes), 'scene')}" if several else ""
     known, rest = f"A solution without steps exists{among}", ""
     if times:
         known += f", {'median ' if several else 'in '}{milliseconds(statistics.median(times))} ms"
@@ -55,7 +56,8 @@ def _at(scenes: Sequence[SceneRows], tolerance: float) -> str:
     wins = collections.Counter(lead.method for lead in leads)
     if not wins:
         named = f"At {power(tolerance)} no method of the grid meets both norms with steps other than dt = h/c"
-        return f"{named}{f' in any of {_scenes(len(kept))}' if len(kept) > 1 else ''}."
+        among = f" in any of {counted(len(kept), 'scene')}" if len(kept) > 1 else ""
+        return f"{named}{among}."
     if all(lead.solve_s is None for lead in leads):  # nothing was timed
         return ""
     if len(kept) == 1:
@@ -63,7 +65,8 @@ def _at(scenes: Sequence[SceneRows], tolerance: float) -> str:
     named = ", ".join(f"{method} in {count}" for method, count in wins.most_common(MAX_NAMED))
     unmet = len(kept) - wins.total()
     missing = f"; none meets it in {unmet}" if unmet else ""
-    return f"At {power(tolerance)} in displacement and impulse, of {_scenes(len(kept))}, fastest is {named}{missing}."
+    among = f"of {counted(len(kept), 'scene')}"
+    return f"At {power(tolerance)} in displacement and impulse, {among}, fastest is {named}{missing}."
 
 
 def _steady(scenes: Sequence[SceneRows]) -> str:
@@ -89,7 +92,7 @@ def certainty_words(rows: Sequence[Row], scenes: Sequence[SceneRows]) -> list[st
     converged = [scene for scene in scenes if scene.reference == CONVERGED]
     exact = sum(bool(scene.reference) for scene in scenes) - len(converged)
     none = [scene.name for scene in scenes if not scene.reference]
-    words = [f"Errors are measured against the exact solution in {_scenes(exact)}"]
+    words = [f"Errors are measured against the exact solution in {counted(exact, 'scene')}"]
     if converged:
         worst = max(scene.uncertainty for scene in converged)
         words[0] += f", against a converged one in {len(converged)} (of uncertainty {short(worst)} or less)"
@@ -117,7 +120,3 @@ def certainty_words(rows: Sequence[Row], scenes: Sequence[SceneRows]) -> list[st
     if len(codes) > 1:
         words.append(f"The table holds rows of {len(codes)} versions of impactlab: {', '.join(codes)}.")
     return words
-
-
-def _scenes(count: int) -> str:
-    return f"{count} scene{'' if count == 1 else 's'}"

@@ -36,12 +36,13 @@ SIDEWAYS: tuple[tuple[str, str, Callable[[Row], float | None]], ...] = (
 def bench_data(scenes: Sequence[SceneRows], styles: MethodStyles) -> str:
     """Return the data of all scenes as base64 of deflated JSON, as bench.js reads it."""
     methods = methods_by_style(scenes, styles)
+    numbers = {name: number for number, name in enumerate(methods)}
     text = {
         "methods": [_method(name, scenes, styles) for name in methods],
         "upwards": [[title, label] for title, label, _ in UPWARDS],
         "errors": 1 + len(NORMS),  # how many of them are errors
         "sideways": [[title, unit] for title, unit, _ in SIDEWAYS],
-        "scenes": [_scene(scene, {name: number for number, name in enumerate(methods)}) for scene in scenes],
+        "scenes": [_scene(scene, numbers) for scene in scenes],
     }
     packed = zlib.compress(json.dumps(text, separators=(",", ":"), allow_nan=False).encode(), 9)
     return base64.b64encode(packed).decode("ascii")
@@ -55,11 +56,11 @@ def _method(name: str, scenes: Sequence[SceneRows], styles: MethodStyles) -> dic
         "colour": PALETTE.index(colour) if colour in PALETTE else None,  # None: in ink
         "shape": SHAPES.index(shape) if shape in SHAPES else shape,
         "special": any(family.special for family in families),
-        "stepless": bool(families) and any(family.stepless for family in families),
+        "stepless": any(family.stepless for family in families),
     }
 
 
-def _scene(scene: SceneRows, number: dict[str, int]) -> dict[str, Any]:
+def _scene(scene: SceneRows, numbers: dict[str, int]) -> dict[str, Any]:
     runs = [row for row in scene.all_rows if row.completed]
     case, _, variant = scene.name.partition("/")
     return {
@@ -67,7 +68,7 @@ def _scene(scene: SceneRows, number: dict[str, int]) -> dict[str, Any]:
         "variant": variant or BASE,
         "slug": slug(scene.name),
         "uncertainty": scene.uncertainty,
-        "method": [number[row.method] for row in runs],
+        "method": [numbers[row.method] for row in runs],
         "level": [row.level for row in runs],
         "up": [[_three(value(row, scene)) for row in runs] for _, _, value in UPWARDS],
         "right": [[_three(value(row)) for row in runs] for _, _, value in SIDEWAYS],

@@ -40,8 +40,12 @@ class Cost(NamedTuple):
     of: Clock
 
 
-TIME = Cost("time to solve  [ms]", lambda row: None if row.solve_s is None else 1e3 * row.solve_s)
-TOTAL = Cost("time with set-up  [ms]", lambda row: None if (t := row.total_s) is None else 1e3 * t)
+def _in_ms(seconds: float | None) -> float | None:
+    return None if seconds is None else 1e3 * seconds
+
+
+TIME = Cost("time to solve  [ms]", lambda row: _in_ms(row.solve_s))
+TOTAL = Cost("time with set-up  [ms]", lambda row: _in_ms(row.total_s))
 STEPS = Cost("steps", lambda row: row.steps)
 UNKNOWNS = Cost("unknowns", lambda row: row.unknowns)
 

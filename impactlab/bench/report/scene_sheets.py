@@ -89,11 +89,13 @@ def convergence_sheet(scene: SceneRows) -> Sheet:
     lines = []
     for family in (*scene.families, *scene.own):
         rows = sorted((row for row in family.completed if row.steps), key=lambda row: row.steps or 0)
+        if len(rows) < 2:
+            continue
         for before, row in zip([None, *rows], rows, strict=False):
             cells = [named(row), row.level or DASH, cell(row.elements), cell(row.steps)]
             for norm in ("displacement", "impulse"):
                 cells += [short(getattr(row, norm)), _rate(before, row, norm)]
-            lines += [tuple(cells)] * (len(rows) > 1)
+            lines.append(tuple(cells))
     errors = (f"{norm}: {name}" for norm in ("displacement", "impulse") for name in ("error", "rate"))
     heads = headings("method", "level", "elements", "steps", *errors, text=("method",))
     note = (
@@ -133,7 +135,7 @@ def _number(text: str) -> float:
 def _quickest(lines: Sequence[tuple[str, ...]]) -> frozenset[tuple[int, int]]:
     """Return the cells of the least times to each tolerance."""
     marked = set()
-    for column in (1, 2, 3):
+    for column in range(1, 1 + len(TOLERANCES)):
         least, line = min(((_number(line[column]), i) for i, line in enumerate(lines)), default=(math.inf, 0))
         if least < math.inf:
             marked.add((line, column))

@@ -79,8 +79,8 @@ def _lines(scenes: Sequence[SceneRows], others: Sequence[SceneRows]) -> list[Lin
     """
     known = [{method: _typical(listed) for method, listed in pairs(scene)} for scene in others]
     found = []
-    for scene in scenes:
-        for method, listed in pairs(scene) if scene not in others else ():
+    for scene in (scene for scene in scenes if scene not in others):
+        for method, listed in pairs(scene):
             twins = [(own.get(method, (None, None)), other) for own, other in zip(known, others, strict=True)]
             beside = tuple(short(error(row, BOTH, other)) for twin, other in twins for row in twin)
             pair = _typical(listed)

@@ -10,8 +10,10 @@ from impactlab.bench.report.ranking import MET, REFUSED, MethodResults, best, co
 from impactlab.bench.report.sheets import DASH, SPECIAL, Sheet, headings, milliseconds, short
 from impactlab.bench.report.views import BOTH, CLOCKS, TOLERANCES, Norm, SceneRows
 from impactlab.bench.schema import COMPLETED, Row
+from impactlab.printing import counted
 
 CLOCK_WORDS = {"solve": "time to solve", "total": "time to solve with set-up"}
+PER_TOLERANCE = ("met in", "× best", "worst", "× stepped")  # columns of a ranking
 
 
 def winners(scenes: Sequence[SceneRows]) -> Sheet:
@@ -78,8 +80,7 @@ def ranking_sheet(scenes: Sequence[SceneRows], norm: Norm, clock: str = "solve")
     columns = []
     for tolerance in TOLERANCES:
         count = len(comparable(scenes, norm, tolerance).scenes)
-        group = f"{power(tolerance)}, {count} scene{'' if count == 1 else 's'}"
-        columns += [f"{group}: {name}" for name in ("met in", "× best", "worst", "× stepped")]
+        columns += [f"{power(tolerance)}, {counted(count, 'scene')}: {name}" for name in PER_TOLERANCE]
     heads = headings("method", *columns, "refused [scenes]", "failed [runs]", text=("method",))
     note = (
         f"Scenes in which at least one level of the method keeps its error in {norm.title} within the tolerance; and, "
@@ -103,7 +104,8 @@ def _order(method: str, tables: Sequence[dict[str, MethodResults]]) -> tuple[flo
 def _most(rows: Sequence[tuple[str, ...]]) -> frozenset[tuple[int, int]]:
     """Return the cells of the most scenes met, tolerance by tolerance."""
     marked = set()
-    for column in (1, 5, 9):
+    for number in range(len(TOLERANCES)):
+        column = 1 + number * len(PER_TOLERANCE)  # "met in", behind the name of the method
         counts = [int(row[column]) if row[column] != DASH else 0 for row in rows]
         most = max(counts, default=0)
         marked |= {(i, column) for i, count in enumerate(counts) if count == most and most > 0}

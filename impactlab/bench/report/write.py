@@ -15,7 +15,7 @@ from impactlab.bench.report.pages import FOLDERS, draw_scene, write_index
 from impactlab.bench.report.read import read_table
 from impactlab.bench.report.views import gathered
 from impactlab.errors import CaseError
-from impactlab.report.output import files_in, new_draft, record, sweep, written_in
+from impactlab.report.output import delete_old_drafts, files_in, new_draft, record, written_in
 
 PARTS = (*FOLDERS, "index.html")  # the files and folders of a report, the page last: it comes when all else is there
 STABILITY = ("stability.md", "stability.html")
@@ -86,7 +86,7 @@ def replaced(out_dir: Path, parts: Sequence[str]) -> Iterator[Path]:
         If one of them would replace a file that no report wrote.
     """
     check_report(out_dir, parts)
-    sweep(out_dir)
+    delete_old_drafts(out_dir)
     draft = new_draft(out_dir, "report")
     try:
         yield draft

@@ -13,8 +13,7 @@ from impactlab.casefile.values.faults import refuse
 from impactlab.casefile.values.fields import Allowed, Reader, quantity, whole, words
 
 MAX_LINKS, MAX_AXIAL = 100, 200
-_RATE = Allowed("rad/s", number=True)
-Rate = Annotated[float, Reader(_RATE.read, _RATE.json_schema())]
+Rate = Annotated[float, quantity("rad/s")]
 Angle = Annotated[float, quantity("rad")]
 
 

@@ -103,9 +103,9 @@ def _words(fault: ErrorDetails, keys: list[str], data: Any, allowed: type[BaseMo
                 "Write kind: and one of these.",
             )
         case "union_tag_invalid":
-            tag = str(context.get("tag", ""))
-            hint = closest(tag, _tags(context).split(", "))
-            return f"{shown(tag)} is not a kind of body.{hint} Allowed: {_tags(context)}", "Change the kind."
+            tag, kinds = context["tag"], context["expected_tags"].replace("'", "").split(", ")
+            text = f"{shown(tag)} is not a kind of body.{closest(tag, kinds)} Allowed: {listed(kinds)}"
+            return text, "Change the kind."
         case "literal_error":
             return f"{given} is not allowed here. Allowed: {context.get('expected')}", FIX_VALUE
         case "string_pattern_mismatch" if keys[-1:] in (["title"], ["source"]):
@@ -168,16 +168,12 @@ def unknown_key(
         )
     comma = " Was it a decimal comma? Write a point, as in 0.3 m." if name[:1].isdigit() else ""
     key = key_of_synonym(name)
-    hint = renamed(name, names, _key_inside(key.name, blocks) if key is not None else "")
-    hint = _key_inside(name, blocks) or hint or around or closest(name, names)
+    meant = "" if key is None else renamed(name, key, names, _key_inside(key.name, blocks))
+    hint = _key_inside(name, blocks) or meant or around or closest(name, names)
     return (
         f"the key {shown(name)} is not known here.{hint}{comma}",
         f"Allowed: {listed(names)}." if names else "This block takes no parameters: remove the key.",
     )
-
-
-def _tags(context: Any) -> str:
-    return listed(str(context.get("expected_tags", "'mass', 'rod', 'wall'")).replace("'", "").split(", "))
 
 
 def _yaml_path(loc: Sequence[int | str]) -> list[str]:
@@ -216,7 +212,8 @@ def _key_around(keys: list[str], data: Any, allowed: type[BaseModel], prefix: st
     for kind, given in (("bodies", data.get("bodies")), ("contacts", named)):
         if isinstance(given, (Mapping, list)) and name in given:
             return f" It is one of the {kind}: write {kind}.{name}."
-    blocks = bodies.items() if isinstance(bodies := data.get("bodies"), Mapping) else ()
+    bodies = data.get("bodies")
+    blocks = bodies.items() if isinstance(bodies, Mapping) else ()
     owner = next((body for body, block in blocks if isinstance(block, Mapping) and name in block), "")
     return f" It is a key of a body: write bodies.{owner}.{name}." if owner else ""
 

@@ -183,6 +183,11 @@ class Allowed:
         return "" if self.unit == "1" else f" {self.unit}"
 
 
+def positive(unit: str) -> Allowed:
+    """Return the numbers above 0 in a unit."""
+    return Allowed(unit=unit, limits=(("gt", 0.0),), number=True)
+
+
 def _as_float(value: numbers.Real) -> float:
     """Return a number as a float, inf where it is beyond the range of floats."""
     try:
@@ -220,10 +225,6 @@ _SUPPORTS = {"spring": ("spring", "N/m"), "dashpot": ("dashpot", "N s/m"), "mass
 _ROTATIONAL = Allowed(unit="N m", limits=(("ge", 0.0),), number=True)  # a radian has no dimension
 
 
-def _positive(unit: str) -> Allowed:
-    return Allowed(unit=unit, limits=(("gt", 0.0),), number=True)
-
-
 @dataclass(frozen=True)
 class EndReader:
     """Reads the support of an end: a word, or a block such as ``{spring: value}``."""
@@ -256,7 +257,7 @@ class EndReader:
         if not isinstance(value, Mapping) or not value:
             hint = closest(value, self.words) if isinstance(value, str) else ""
             raise refuse(f"{shown(value)} is not an end of a {self.body}.{hint} Allowed: {self.allowed}")
-        load, unit = self.load
+        load, _ = self.load
         force, over_time = self._force(value[load]) if load in value else (0.0, None)
         turning = self.turns and "rotational" in value and "spring" in value
         rotational = _ROTATIONAL.read(value["rotational"]) if turning else 0.0
@@ -272,7 +273,7 @@ class EndReader:
         if not held:
             return End("free", force=force, load=over_time)
         kind, unit = self.supports[held[0]]
-        return End(kind, _positive(unit).read(value[held[0]]), force, rotational, over_time)  # type: ignore[arg-type]
+        return End(kind, positive(unit).read(value[held[0]]), force, rotational, over_time)  # type: ignore[arg-type]
 
     def _force(self, value: Any) -> tuple[float, AbstractLoad | None]:
         """Return the force of an end, constant or over time."""
@@ -290,7 +291,7 @@ class EndReader:
         choices: list[dict[str, Any]] = [{"enum": list(self.words)}]
         for name, (_, unit) in self.supports.items():
             turning = {"rotational": _ROTATIONAL.json_schema()} if self.turns and name == "spring" else {}
-            choices.append(object_schema({name: _positive(unit).json_schema(), **turning, **force}, name))
+            choices.append(object_schema({name: positive(unit).json_schema(), **turning, **force}, name))
         return {"anyOf": [*choices, object_schema(force, load)]}
 
 

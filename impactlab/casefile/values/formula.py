@@ -126,7 +126,7 @@ def _check(node: ast.expr, depth: int, names: tuple[str, ...]) -> None:
     if depth > MAX_DEPTH:
         raise ValueError(f"the formula is nested deeper than {MAX_DEPTH} levels")
     if isinstance(node, ast.Constant):
-        _number(node, names)
+        _check_number(node, names)
     elif isinstance(node, ast.Name):
         if node.id not in names:
             raise ValueError(f"the formula names {shown(node.id)}; {_allowed(names)}")
@@ -137,7 +137,7 @@ def _check(node: ast.expr, depth: int, names: tuple[str, ...]) -> None:
         _check(node.right, depth + 1, names)
         # An index is a number once it is known, and a tapered chain is a power of it.
         if isinstance(node.op, ast.Pow) and names != OF_INDEX:
-            _exponent(node.right)
+            _check_exponent(node.right)
     elif isinstance(node, ast.Call):
         if not isinstance(node.func, ast.Name) or node.func.id not in _FUNCTIONS:
             called = shown(ast.unparse(node.func))
@@ -154,7 +154,7 @@ def _has_operator(operator: ast.operator, names: tuple[str, ...]) -> bool:
     return names == OF_INDEX or not isinstance(operator, ast.Mod)
 
 
-def _number(node: ast.Constant, names: tuple[str, ...]) -> None:
+def _check_number(node: ast.Constant, names: tuple[str, ...]) -> None:
     value = node.value
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError(f"the formula holds {shown(value)}; {_allowed(names)}")
@@ -166,7 +166,7 @@ def _number(node: ast.Constant, names: tuple[str, ...]) -> None:
         raise ValueError(f"the formula holds {shown(value)}, which is not a finite number")
 
 
-def _exponent(node: ast.expr) -> None:
+def _check_exponent(node: ast.expr) -> None:
     inner = node.operand if isinstance(node, ast.UnaryOp) else node
     if not isinstance(inner, ast.Constant):
         raise ValueError(f"the exponent {shown(ast.unparse(node))} is not a number; exponents are plain numbers")

@@ -185,7 +185,7 @@ def _columns(
 
 def _heading(headings: list[str], column: str, unit: str, name: str) -> tuple[int, float]:
     """Return a column's number, and the factor to SI of the unit in its heading."""
-    parts = [(match["name"], match["unit"]) if (match := _HEADING.match(each)) else (each, "") for each in headings]
+    parts = [_name_and_unit(each) for each in headings]
     found = [number for number, each in enumerate(headings) if each == column]
     found = found or [number for number, (short, _) in enumerate(parts) if short == column]
     if not found:
@@ -200,6 +200,12 @@ def _heading(headings: list[str], column: str, unit: str, name: str) -> tuple[in
         return number, to_si(f"1 {given}", unit) if given else 1.0
     except ValueError as error:
         raise refuse(f"column {shown(headings[number])} of {name}: {error}") from error
+
+
+def _name_and_unit(heading: str) -> tuple[str, str]:
+    """Return the name and the unit of a heading such as ``force [kN]``; no unit of one without it."""
+    match = _HEADING.match(heading)
+    return (heading, "") if match is None else (match["name"], match["unit"])
 
 
 def with_tables(data: Any, key: str = "") -> Any:

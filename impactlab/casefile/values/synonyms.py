@@ -61,15 +61,12 @@ def key_of_synonym(name: str) -> Key | None:
     return KEYS.get(name.strip().lower().replace(" ", "_").replace("-", "_"))
 
 
-def renamed(name: str, allowed: Iterable[str], inside: str = "") -> str:
-    """Return a sentence with the key for an unknown name.
+def renamed(name: str, key: Key, allowed: Iterable[str], inside: str) -> str:
+    """Return a sentence with the key that an unknown name stands for.
 
-    It is empty where its meaning is not clear. ``inside`` is the sentence on the block inside this one that has the
-    key.
+    It is empty where the key is not among those allowed, and its place is not clear. ``inside`` is the sentence on the
+    block inside this one that has the key.
     """
-    key = key_of_synonym(name)
-    if key is None:
-        return ""
     note = f" ({key.note})" if key.note else ""
     if key.name in allowed:
         return f" Did you mean {key.name!r}{note}?"

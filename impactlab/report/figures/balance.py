@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactlab.prefixes import scaled
-from impactlab.report.figures.drawn_part import drawn_energies
+from impactlab.report.figures.drawn_part import energy_parts
 from impactlab.report.figures.signals import ROUNDING
 from impactlab.report.figures.style import (
     INK,
@@ -72,9 +72,7 @@ def energy_shares(trace: Trace, scene: Scene) -> Figure:
     They are each body, contacts, and booked losses. A dashed line is the energy at the start and the work since then.
     """
     book, time = trace.history.energy, clock(scene)
-    parts = {name: values for name, values in drawn_energies(book).items() if np.any(values)}
-    parts |= {"stored in contact": book.stored} if np.any(book.stored) else {}
-    parts |= {f"lost: {name}": values for name, values in book.booked.items() if np.any(values)}
+    parts = energy_parts(book)
     names = sorted(parts, key=lambda name: -float(np.max(np.abs(parts[name]))))[:MAX_LABELS]
     figure, ((axis,),) = grid(1, 1, 2.6, Margins(right=room_beside(names), top=upper_margin(names)))
     unit = scaled("J", float(np.max(book.total)))

@@ -50,11 +50,9 @@ def lagrange(history: AbstractHistory, scene: Scene) -> Figure:
     figure, ((axis,),) = grid(1, 1, 2.6 if is_narrow() else 3.6, Margins(top=0.3, right=0.9 * len(quantities) + 0.15))
     for number, quantity in enumerate(quantities):
         shown = {name: loads[name] for name, body in elastic.items() if shown_load(body) == quantity}
-        largest = max(float(np.max(np.abs(load))) for load in shown.values() if load is not None)
+        largest = max(float(np.max(np.abs(load))) for load in shown.values())
         unit = scaled(UNITS[quantity], largest)
         for name, load in shown.items():
-            if load is None:
-                continue
             left = spots[name].x / place.size
             image = axis.imshow(
                 load / unit.size,

@@ -30,6 +30,16 @@ def drawn_energies(book: EnergyBook) -> Mapping[str, Array]:
     return {f"all {len(book.bodies)} bodies": np.asarray(sum(book.bodies.values(), np.zeros_like(book.time)))}
 
 
+def energy_parts(book: EnergyBook) -> dict[str, Array]:
+    """Return the energies of a run that are not zero throughout, (n,) [J] by words.
+
+    They are those of bodies, stored in contacts, and lost by known formulas.
+    """
+    parts = {name: values for name, values in drawn_energies(book).items() if np.any(values)}
+    parts |= {"stored in contact": book.stored} if np.any(book.stored) else {}
+    return parts | {f"lost: {name}": values for name, values in book.booked.items() if np.any(values)}
+
+
 class DrawnPart(NamedTuple):
     """A scene as a page draws it, and the part left out."""
 

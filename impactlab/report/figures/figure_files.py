@@ -168,7 +168,8 @@ def _steps(path: str) -> str:
     for line, closed in re.findall(r"M([^Mz]*)(z?)", path):
         points = [(round(10 * float(x)), round(10 * float(y))) for x, y in re.findall(r"(-?[\d.]+) (-?[\d.]+)", line)]
         kept = _straightened(points)
-        text += f"M{_tenths(kept[0][0])}{_tenths(kept[0][1], apart=True)}" + "l" * (len(kept) > 1)
+        text += f"M{_tenths(kept[0][0])}{_tenths(kept[0][1], apart=True)}"
+        text += "l" if len(kept) > 1 else ""
         for (x, y), (to_x, to_y) in itertools.pairwise(kept):
             text += _tenths(to_x - x, apart=text[-1].isdigit()) + _tenths(to_y - y, apart=True)
         text += closed

@@ -119,16 +119,14 @@ def _beside(
 
 
 @drawn
-def positions(history: AbstractHistory, scene: Scene, name: str) -> Figure:
+def positions(history: AbstractHistory, scene: Scene, mechanism: Mechanism) -> Figure:
     """Return a figure of the mechanism at start, contacts and end.
 
     Contacts are shown where they begin, with the path of the end between.
     """
-    mechanism = scene.bodies[name]
-    if not isinstance(mechanism, Mechanism):
-        raise TypeError(f"{name} is not a mechanism")
     path = joints(history, mechanism, np.linspace(0.0, history.duration, 200))[:, -1]
-    begun = [span.start for span in history.contacts if name in _bodies(scene, span.contact)][:MAX_DRAWN]
+    own = {each.name for each in scene.contacts if mechanism.name in (each.left.body, each.right.body)}
+    begun = [span.start for span in history.contacts if span.contact in own][:MAX_DRAWN]
     figure, ((axis,),) = grid(1, 1, 3.2, Margins())
     axis.plot(path[:, 0], path[:, 1], color=MUTED, linewidth=0.8, linestyle=":", label="path of the end")
     for time, colour, width, label in (
@@ -146,8 +144,3 @@ def positions(history: AbstractHistory, scene: Scene, name: str) -> Figure:
     axis.set_ylabel("y  [m]")
     axis.legend(loc="best", fontsize=8, frameon=False)
     return figure
-
-
-def _bodies(scene: Scene, contact: str) -> tuple[str, str]:
-    found = next(each for each in scene.contacts if each.name == contact)
-    return found.left.body, found.right.body

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from impactlab.printing import counted
 from impactlab.report.figures.named_contacts import with_figures
 from impactlab.report.figures.signals import in_words, named
 from impactlab.report.figures.style import (
@@ -90,7 +91,7 @@ def _spans(axis: Axes, trace: Trace, scene: Scene, contacts: Sequence[str], row:
         if event.contact in contacts and event.kind == "impulse"
     ]
     bars = [
-        (span.start / time.size, ((scene.duration if span.end is None else span.end) - span.start) / time.size)
+        (span.start / time.size, (span.until(scene.duration) - span.start) / time.size)
         for span in spans
         if span.kicks is None
     ]
@@ -100,8 +101,7 @@ def _spans(axis: Axes, trace: Trace, scene: Scene, contacts: Sequence[str], row:
     impulsive = any(span.kicks is not None for span in spans) or not bars
     if kicks and impulsive:
         axis.vlines(kicks, row - 0.31, row + 0.31, color=trace.colour, linewidth=0.7)
-    number, noun = (len(kicks), "kick") if kicks and impulsive else (len(bars), "contact")
-    text = f"{number} {noun}{'' if number == 1 else 's'}"
+    text = counted(len(kicks), "kick") if kicks and impulsive else counted(len(bars), "contact")
     axis.text(1.015, row, text, transform=axis.get_yaxis_transform(), va="center", fontsize=8, color=MUTED)
 
 
@@ -120,16 +120,13 @@ def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Fig
         Name of a method to its colour.
     """
     compared = [row for row in rows if row["summary"].get("errors")]
-    values = {
-        name: [None if (v := row["summary"]["errors"].get(name)) is None else 100.0 * v for row in compared]
-        for name in ERRORS
-    }
+    values = {name: [_in_percent(row["summary"]["errors"].get(name)) for row in compared] for name in ERRORS}
     values = {name: column for name, column in values.items() if any(v is not None for v in column)}
     known = [v for column in values.values() for v in column if v is not None and v > FLOOR]
     low = 10.0 ** math.floor(math.log10(min(known, default=1e-2)))
     high = 10.0 ** (math.ceil(math.log10(max(known, default=1.0))) + 0.75)
     columns = across(3)
-    rows_of_panels = max(1, -(-len(values) // columns))
+    rows_of_panels = max(1, math.ceil(len(values) / columns))
     margins = Margins(left=room_for(row["name"] for row in compared), across=0.2, down=0.45)
     figure, panels = grid(rows_of_panels, columns, 0.25 * len(compared), margins, share=True)
     flat = [axis for row in panels for axis in row]
@@ -146,6 +143,10 @@ def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Fig
         for label, row in zip(row_of_panels[0].get_yticklabels(), compared, strict=True):
             label.set_color(colours[row["name"]])
     return figure
+
+
+def _in_percent(share: float | None) -> float | None:
+    return None if share is None else 100.0 * share
 
 
 def _dots(axis: Axes, values: Sequence[float | None], colours: Sequence[str], low: float, high: float) -> None:

@@ -6,6 +6,7 @@ dark.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Literal, NamedTuple, cast
 
@@ -89,7 +90,7 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
         Name of a trace to a few words written at the right above its panel.
     """
     columns = across(1 if len(traces) == 1 else 2 if len(traces) <= 4 else 3)
-    rows, trips = -(-len(traces) // columns), len(traces) > 1
+    rows, trips = math.ceil(len(traces) / columns), len(traces) > 1
     headed = trips and len({each.shared_name for each in traces[0].history.scene.contacts}) > 1
     margins = Margins(across=0.28, down=0.42, top=0.32 + HEADING * headed, bottom=lower_margin(trips=trips))
     figure, axes = grid(
@@ -213,7 +214,7 @@ def signals(
         Times [s] between which the panels have their values; the whole run if not given.
     """
     columns = across(min(len(panels), 3))
-    rows = -(-len(panels) // columns)
+    rows = math.ceil(len(panels) / columns)
     names = [trace.name for trace in histories] if compared else [line.name for line in panels[0].lines]
     beside = len(names) > 1 and (compared or len(panels) == 1)
     if beside and not compared:
@@ -251,13 +252,13 @@ def signals(
     for axis in flat[len(panels) :]:
         axis.set_visible(False)
     if beside and compared:
-        key(axes[0][-1], [trace._replace(colour=INK) if trace.colour == "ink" else trace for trace in histories])
+        key(axes[0][-1], histories)
     return figure
 
 
 def _is_ink(line: Line, histories: Sequence[Trace]) -> bool:
     """Return whether a line is drawn in ink: that of the reference."""
-    return histories[line.trace].colour == "ink"
+    return histories[line.trace].colour == INK
 
 
 def _frame(axis: Axes, panel: Panel, histories: Sequence[Trace]) -> Unit:
@@ -297,7 +298,7 @@ def _legend(axis: Axes, lines: Mapping[str, Line2D], count: int) -> None:
         names.append(f"... {count - len(names)} more")
     box, figure = axis.get_position(), cast("Figure", axis.get_figure())
     columns = max(1, int(box.width * figure.get_figwidth() / (0.4 + 0.06 * max(map(len, names)))))
-    room = (0.1 + 0.14 * -(-len(names) // columns)) / (box.height * figure.get_figheight())  # share of the panel
+    room = (0.1 + 0.14 * math.ceil(len(names) / columns)) / (box.height * figure.get_figheight())  # share of the panel
     low, high = axis.get_ylim()
     axis.set_ylim(low, low + (high - low) / (1.0 - min(room, 0.5)))
     axis.legend(handles, names, loc="upper right", fontsize=7, ncols=columns, columnspacing=1.0, borderaxespad=0.2)
@@ -334,7 +335,7 @@ def difference(traces: Sequence[Trace], scene: Scene) -> Figure:
     most = sorted(shares, key=lambda channel: -max(share[-1] for share in shares[channel]))[:MAX_PANELS]
     channels = [channel for channel in shares if channel in most]
     columns = across(min(len(channels), 3))
-    rows, trips = -(-len(channels) // columns), len(traces) > 1
+    rows, trips = math.ceil(len(channels) / columns), len(traces) > 1
     names = [trace.name for trace in compared] if len(compared) > 1 else []
     right = room_beside(names) if names else 0.12
     margins = Margins(right=right, top=upper_margin(names), bottom=lower_margin(trips=trips), down=ROW_SPACING)

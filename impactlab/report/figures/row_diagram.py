@@ -6,6 +6,7 @@ them, so that no narrow pulse falls between two of them.
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -42,7 +43,7 @@ def row_cells(history: AbstractHistory, scene: Scene) -> tuple[Array, bool]:
     static = forces[:, :1]
     pressed = bool(np.all(static > 0.0) and np.max(np.abs(forces - static)) < np.min(static))
     forces = forces - static if pressed else forces
-    together = -(-len(forces) // MAX_CELLS)
+    together = math.ceil(len(forces) / MAX_CELLS)
     by_contact = np.array([_largest(forces[at : at + together], 0) for at in range(0, len(forces), together)])
     return _largest(by_contact.reshape(len(by_contact), MAX_CELLS, SAMPLES), 2).T, pressed
 

@@ -13,10 +13,10 @@ from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
 from impactlab.history.units import UNITS as CHANNEL_UNITS
 from impactlab.metrics.norms import face_channels, mass_channels
-from impactlab.report.figures.drawn_part import drawn_energies
+from impactlab.report.figures.drawn_part import energy_parts
 from impactlab.report.figures.mechanism import chains
 from impactlab.report.figures.named_contacts import NamedContact, force_of, gap_of, named_contacts
-from impactlab.report.figures.style import Trace, exact_of
+from impactlab.report.figures.style import INK, Trace, exact_of
 from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array
 
@@ -48,7 +48,7 @@ def shown(traces: Sequence[Trace]) -> list[Trace]:
     reference = exact_of(traces)
     if reference is None or (len(traces) == 1 and traces[0].history.dt is None):
         return list(traces)
-    return [*traces, Trace(named(reference), reference, "ink")]
+    return [*traces, Trace(named(reference), reference, INK)]
 
 
 def named(reference: AbstractHistory | None) -> str:
@@ -128,7 +128,7 @@ def _panels(
     panels = []
     for at, (channel, words) in enumerate(channels):
         lines = [
-            Line(trace.name if compared or trace.colour == "ink" else words, number, values)
+            Line(trace.name if compared or trace.colour == INK else words, number, values)
             for number, trace in enumerate(histories)
             if (values := sampled(trace.history, channel, times)) is not None
         ]
@@ -197,9 +197,7 @@ def _energy(histories: Sequence[Trace], times: Array, compared: bool) -> Panel:
             lines.append(Line(trace.name, number, np.interp(times, book.time, share)))
         return Panel("Energy balance, share of the reference energy", "energy", "%", lines)
     book = histories[0].history.energy
-    parts = {name: values for name, values in drawn_energies(book).items() if np.any(values)}
-    parts |= {"stored in contact": book.stored} if np.any(book.stored) else {}
-    parts |= {f"lost: {name}": values for name, values in book.booked.items() if np.any(values)}
+    parts = energy_parts(book)
     parts["bodies and contacts"] = book.total
     lines = [Line(name, 0, np.interp(times, book.time, values)) for name, values in parts.items()]
     return Panel("Energy", "energy", "J", lines)

@@ -161,7 +161,7 @@ def grid(
 
 def panel_grid(count: int, columns: int, panel: float, margins: Margins) -> tuple[Figure, list[Axes]]:
     """Return a figure as `grid`, and the axes of ``count`` panels."""
-    figure, rows = grid(-(-count // columns), columns, panel, margins)
+    figure, rows = grid(math.ceil(count / columns), columns, panel, margins)
     flat = [axes for row in rows for axes in row]
     for axes in flat[count:]:
         axes.set_visible(False)
