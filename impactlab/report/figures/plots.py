@@ -341,12 +341,13 @@ def difference(traces: Sequence[Trace], scene: Scene) -> Figure:
     margins = Margins(right=right, top=upper_margin(names), bottom=lower_margin(trips=trips), down=ROW_SPACING)
     figure, axes = grid(rows, columns, 1.9, margins)
     flat, highest = [axis for row in axes for axis in row], 1.0
+    ends: list[list[tuple[float, str, str]]] = []  # of the lines in each panel
     for axis, channel in zip(flat, channels, strict=False):
-        ends = []
+        ends.append([])
         for trace, share in zip(compared, shares[channel], strict=True):
             x, y = thinned(t, share, COLUMNS // columns)
             axis.plot(x / clock(scene).size, y, color=trace.colour, linestyle=trace.dash)
-            ends.append((float(share[-1]), trace.name, trace.colour))
+            ends[-1].append((float(share[-1]), trace.name, trace.colour))
             highest = max(highest, float(share[-1]))
         axis.set_yscale("log")
         log_axis(axis.yaxis)
@@ -357,8 +358,9 @@ def difference(traces: Sequence[Trace], scene: Scene) -> Figure:
     for axis in flat[len(channels) :]:
         axis.set_visible(False)
     axes[0][0].set_ylabel("largest difference so far  [%]")
-    if len(ends) > 1:
-        label_lines(flat[min(columns, len(channels)) - 1], ends)
+    if len(names) > 1:
+        beside = min(columns, len(channels)) - 1
+        label_lines(flat[beside], ends[beside])
     return figure
 
 
