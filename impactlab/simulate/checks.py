@@ -29,16 +29,22 @@ from impactlab.simulate.slides import REACH_FURTHER, out_of_reach
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.results import readout
 from impactlab.simulate.stepping.setup.assembly import Assembly
-from impactlab.simulate.warnings import approximate_modes, beams, ends, mechanisms, probe_oscillations, probes, weights
+from impactlab.simulate.warnings import (
+    approximate_modes,
+    beams,
+    ends,
+    losses,
+    mechanisms,
+    probe_oscillations,
+    probes,
+    weights,
+)
 from impactlab.simulate.warnings.closing_times import unplaced
 from impactlab.simulate.warnings.laws import closed_within_steps, noted_by_laws, own_laws
 from impactlab.simulate.warnings.resolvability import lost_in_bonds, unresolved
 from impactlab.types import Array, Level
 
 RETURNED_WARN = 1e-3  # of the reference energy, that dampers gave back: damped meshes were 1 % off with 0.005
-LOSS_WARN = 0.1  # of the reference energy, that nothing booked: damping schemes lose some, a mesh never so much
-# The same of a run of so many steps, of which its second half lost that share or more: it goes on with the run.
-SLOW_LOSS_WARN, LONG_RUN, STEADY = 0.02, 100_000, 0.25
 GAIN_WARN = 0.02  # of the reference energy: a larger gain is reported, also where the parts declare more
 DROPPED_WARN = 0.02  # of the reference energy: a larger share shows in velocities, by about half of it
 STIFFER_LINK = "Give a stiffer or shorter link, or several that are clamped to each other."
@@ -82,17 +88,7 @@ def add_warnings(history: AbstractHistory) -> None:
         found.append(Warned("energy_gain", f"energy grew by {100 * gain:.2g} % of the reference energy"))
     if beyond(history, returned := returned_by_dampers(history), RETURNED_WARN):
         found.append(Warned("energy_gain", RETURNED.format(share=100 * returned)))
-    loss = history.energy.largest_loss * history.energy.scale / reference_energy(history)
-    if beyond(history, loss, LOSS_WARN):
-        text = (
-            f"{100 * loss:.2g} % of the reference energy was lost in a way that no formula gives, "
-            "such as the numerical damping of the scheme"
-        )
-        if own := own_laws(laws.values()):
-            text += f"; or law {own} does not report it as `stored` or `dissipated`"
-        found.append(Warned("energy_loss", text))
-    elif beyond(history, loss, SLOW_LOSS_WARN):
-        found += slow_loss(history, loss)
+    found += losses.warnings(history, reference_energy(history), partial(beyond, history))
     found += lost_in_bonds(history, reference_energy(history))
     found += probe_oscillations.warnings(history, {each.code for each in (*found, *history.warnings)})
     exaggerated = {each.text.partition(": ")[0] for each in found if each.code == "first_force"}
@@ -102,22 +98,6 @@ def add_warnings(history: AbstractHistory) -> None:
         if (text_or_none := graze(history, name, trip, history.dt or 0.0)) is not None:
             found.append(Warned("near_grazing", text_or_none))
     history.warnings.extend(found)
-
-
-def slow_loss(history: AbstractRecordedHistory, loss: float) -> Iterator[Warned]:
-    """Yield a warning of an energy loss that continues through a long run.
-
-    ``loss`` is a share of the reference energy.
-    """
-    steps, balance = history.duration / (history.dt or history.duration), history.energy.balance
-    late = float(balance[balance.size // 2] - balance[-1])
-    if steps >= LONG_RUN and late > STEADY * loss * reference_energy(history):
-        text = (
-            f"{100 * loss:.2g} % of the reference energy was lost over {steps:.2g} steps by the "
-            "numerical damping of the scheme, and a longer run loses more. Give a smaller step, or "
-            "integrator midpoint or newmark"
-        )
-        yield Warned("energy_loss", text)
 
 
 def dropped_in_maps(history: AbstractRecordedHistory) -> Iterator[Warned]:
