@@ -84,6 +84,50 @@ def first_crossing_of(m: MarchArrays, base: int, c: int, n: int, floor: float) -
     return float(first_crossing(trial, n, 0.0, m.stack) if speed > ZERO_TOL * m.state[0].fastest else place)
 
 
+@EXACT_PART
+def meets_again(m: MarchArrays, c: int, n: int, place: float, half: float, no_force: float) -> float:
+    """Return where hard faces that part at a place are pressed again, or 2 if they part by more than rounding.
+
+    The force that the closed contact would pull with, times the compliance of both faces, is the speed of parting. A
+    gap below the rounding of displacements has no length that could be dated: opened, the faces would meet at the
+    instant at which they part, and open and close infinitely often. ``half`` is half the length of the interval [s].
+    """
+    contact, trial, part = m.contacts[c], m.stack[MAX_DEPTH], m.stack[MAX_DEPTH - 1]
+    compliance = 0.0
+    for side in (contact.left, contact.right):
+        group = m.nodes[m.nodes[side].group]
+        if group.group_mass > 0.0 or group.drag <= 0.0:
+            return 2.0
+        compliance += 1.0 / group.drag
+    size = restrict(trial, n, place, 1.0, part)
+    for k in range(size):
+        part[k] = -part[k]
+    pressed = first_crossing(part, size, no_force, m.stack)
+    if not -1.0 < pressed < 1.0:
+        return 2.0
+    pressed = place + 0.5 * (1.0 - place) * (pressed + 1.0)
+    size = restrict(trial, n, place, pressed, part)
+    pull = 0.0
+    for k in range(size):
+        pull += abs(part[k])
+    gap = compliance * pull * half * (pressed - place)
+    return float(pressed if gap <= ZERO_TOL * m.state[0].farthest else 2.0)
+
+
+@EXACT_PART
+def parting(m: MarchArrays, c: int, n: int, place: float, half: float, no_force: float) -> float:
+    """Return where hard faces part by more than rounding, from a place on at which their force ends; 2 for never."""
+    trial, part = m.stack[MAX_DEPTH], m.stack[MAX_DEPTH - 1]
+    while place <= 1.0:
+        pressed = meets_again(m, c, n, place, half, no_force)
+        if pressed > 1.0:
+            return float(place)
+        size = restrict(trial, n, pressed, 1.0, part)
+        after = first_crossing(part, size, no_force, m.stack)
+        place = pressed + 0.5 * (1.0 - pressed) * (after + 1.0) if after <= 1.0 else 2.0
+    return float(place)
+
+
 @EXACT_INLINE
 def is_unloaded(m: MarchArrays, c: int, force: Array, n: int, no_force: float) -> bool:
     """Return whether hard faces without mass touch without a force, and so count as open."""
@@ -97,8 +141,8 @@ def is_unloaded(m: MarchArrays, c: int, force: Array, n: int, no_force: float) -
 
 
 @EXACT_INLINE
-def next_change_of_contact(m: MarchArrays, j: int, n: int) -> float:
-    """Return the place in [-1, 1] of the first change of a contact.
+def next_change_of_contact(m: MarchArrays, j: int, n: int, half: float) -> float:
+    """Return the place in [-1, 1] of the first change of a contact, in an interval of 2 ``half`` [s].
 
     It is a closing, an opening, or the end of a spring's overlap; 2 for none.
     """
@@ -143,6 +187,8 @@ def next_change_of_contact(m: MarchArrays, j: int, n: int) -> float:
                     pull = contact.damping * (m.rows[b, k] - m.rows[a, k])
                     trial[k] = pull - contact.stiffness * trial[k]
             x = first_crossing_of(m, base, c, n, floor)
+            if x <= 1.0 and contact.closed == 1 and contact.stiffness < 0.0:
+                x = parting(m, c, n, x, half, floor)
             if x <= 1.0 and contact.closed == 0 and contact.stiffness < 0.0 and stays_unloaded(m, j, c, n, x):
                 continue
             if x < place:
@@ -153,9 +199,12 @@ def next_change_of_contact(m: MarchArrays, j: int, n: int) -> float:
 
 
 @EXACT_PART
-def next_event(m: MarchArrays, j: int, n: int) -> float:
-    """Return the place in [-1, 1] of the first event, 2 for none; keep contact and kind."""
-    place = next_change_of_contact(m, j, n)
+def next_event(m: MarchArrays, j: int, n: int, half: float) -> float:
+    """Return the place in [-1, 1] of the first event, 2 for none; keep contact and kind.
+
+    The interval has a length of 2 ``half`` [s].
+    """
+    place = next_change_of_contact(m, j, n, half)
     if m.junctions[j].branched == 1:
         m.state[0].place = place
         call(m.changes, m, j, n)

@@ -179,7 +179,7 @@ def interval(m: MarchArrays, j: int) -> int:
             return UNRESOLVED
     n = fill_rows(m, j, half, longest, n)
     state.work += 4 * n * (junction.nodes + junction.ends)
-    place = next_event(m, j, n)
+    place = next_event(m, j, n, half)
     event = t1 if place > 1.0 else t0 + half * (place + 1.0)
     if place <= 1.0 and event < t1:
         if event > t0 + state.tolerance:

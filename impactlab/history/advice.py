@@ -9,7 +9,6 @@ ADVICE: Mapping[str, str] = {
     "coordinates_change": "Take basis eigenvectors or craig_bampton, or a law that keeps the contact closed, such as "
     "velocity_complementarity.",
     "energy_gain": "Take a smaller step, or another pair of law and integrator.",
-    "energy_loss": "Take a smaller step, or a scheme without numerical damping.",
     "near_grazing": "Compare two methods before you quote the number of contacts.",
     "no_contact": "Check velocities, gap, duration and step.",
     "overlap": "Take a law that holds positions, such as addition_deletion, or a smaller step.",

@@ -13,6 +13,11 @@ velocity the scheme then overshoots. In a damped body a contact force F beside t
 -M^-1 C M^-1 F dt: that adds to the term with a M a, and the bodies or their dampers gain it in the next steps. It
 matters where modes decay within a step.
 
+A force F on the row r beside the accelerations adds F r [u] - b dt^2 F r [a]: beside its work, at most what completes
+the square of (m - f) b dt^2 [a] M [a], which is (m - f) dt^2 F r M^-1 r F/16 as b = (m - f)^2/4. With dashpots both
+hold, too. So over a run the bodies gain no more than the sum of this over all steps, and b dt^2 a M a/2 at t = 0: the
+scheme keeps this energy in a and returns it as forces end. A constant load is part of w, and adds to a at t = 0 alone.
+
 With the contact in the accelerations the momentum that a force has still to give is M (dt (1 - am - gamma) a +
 dt af w): together with M v it changes in a step by dt M w, for a w that holds the force.
 """
@@ -67,6 +72,16 @@ def alpha_step(
         return columns
 
     return step if in_accelerations else step._replace(force=beside)
+
+
+def force_gain(af: float, am: float) -> float:
+    """Return the share of dt^2 F r M^-1 r F that a force beside the accelerations may add to the energy in a step."""
+    return (af - am) / 16.0
+
+
+def start_gain(af: float, am: float) -> float:
+    """Return the share of dt^2 a M a, with the accelerations at t = 0, that the scheme may return as energy."""
+    return (af - am) ** 2 / 8.0
 
 
 def newmark_losses(dt: float, newmark: tuple[float, float]) -> Losses | None:

@@ -171,6 +171,16 @@ class AbstractIntegrator(AbstractScheme):
         """
         return 1.0 - (self.velocity_point if self.momentum_point is None else self.momentum_point)
 
+    @property
+    def force_gain(self) -> float:
+        """Share of dt^2 F r M^-1 r F that a force F of a step on the row r may add to the energy."""
+        return 0.0
+
+    @property
+    def start_gain(self) -> float:
+        """Share of dt^2 a M a, with the accelerations a at t = 0, that the scheme may add to the energy."""
+        return 0.0
+
     def limit(self, system: Operators) -> float:
         """Return the largest stable step [s]; inf, as here, where every step is stable."""
         return math.inf

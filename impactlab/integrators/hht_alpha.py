@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-from impactlab.integrators.alpha import alpha_step
+from impactlab.integrators.alpha import alpha_step, force_gain, start_gain
 from impactlab.integrators.base import AbstractIntegrator, Step
 from impactlab.models.base import Operators
 from impactlab.types import option
@@ -36,6 +36,14 @@ class HhtAlpha(AbstractIntegrator):
         # Measured at -1/3: 0.003 (docs/bounds.md); at -0.1 with modes that damping stops within a step 0.02, in the two
         # steps after a touch (`alpha`), with errors of positions up to 1.5 times those of Newmark.
         return 0.0 if self.alpha == 0.0 else 0.03
+
+    @property
+    def force_gain(self) -> float:
+        return force_gain(-self.alpha, 0.0)
+
+    @property
+    def start_gain(self) -> float:
+        return start_gain(-self.alpha, 0.0)
 
     def step(self, system: Operators, dt: float) -> Step:
         newmark = 0.25 * (1.0 - self.alpha) ** 2, 0.5 - self.alpha

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-from impactlab.integrators.alpha import alpha_step
+from impactlab.integrators.alpha import alpha_step, force_gain, start_gain
 from impactlab.integrators.base import AbstractIntegrator, Step
 from impactlab.integrators.generalised_alpha import weights
 from impactlab.models.base import Operators
@@ -36,8 +36,16 @@ class NonsmoothGeneralisedAlpha(AbstractIntegrator):
 
     @property
     def gains_energy(self) -> float:
-        # Measured at 0: 0.015 (docs/bounds.md).
+        # Of impulses and projections in damped bodies, measured; forces have a bound of their own (`alpha`).
         return 0.0 if self.rho_inf == 1.0 else 0.03
+
+    @property
+    def force_gain(self) -> float:
+        return force_gain(*weights(self.rho_inf)[0])
+
+    @property
+    def start_gain(self) -> float:
+        return start_gain(*weights(self.rho_inf)[0])
 
     def step(self, system: Operators, dt: float) -> Step:
         return alpha_step(system, dt, *weights(self.rho_inf))

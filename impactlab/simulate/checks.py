@@ -12,7 +12,7 @@ from impactlab.history.base import AbstractHistory, Warned
 from impactlab.history.energy import MIN_ENERGY
 from impactlab.history.frame import frames, in_frame, touched_in
 from impactlab.history.no_contact import no_contact
-from impactlab.mechanisms.model import LargestTurn, MechanismModel
+from impactlab.mechanisms.model import MechanismModel
 from impactlab.metrics.grazing import grazing_impulse, near_grazing
 from impactlab.metrics.linear_theory import overstrained
 from impactlab.models.continuous.base import AbstractSelfStepping
@@ -23,22 +23,29 @@ from impactlab.scene.momentum import BodyMomentum, balance
 from impactlab.scene.precision import LOST_DIGITS, all_finite
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
+from impactlab.simulate.gain_bounds import bound_of, gain_of_forces
 from impactlab.simulate.mesh_rounding import NOTHING, rounded
 from impactlab.simulate.planning.preparation import FAULT_OF_LAW, law_raised
 from impactlab.simulate.slides import REACH_FURTHER, out_of_reach
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.results import readout
 from impactlab.simulate.stepping.setup.assembly import Assembly
-from impactlab.simulate.warnings import approximate_modes, beams, ends, mechanisms, probe_oscillations, probes, weights
+from impactlab.simulate.warnings import (
+    approximate_modes,
+    beams,
+    ends,
+    losses,
+    mechanisms,
+    probe_oscillations,
+    probes,
+    weights,
+)
 from impactlab.simulate.warnings.closing_times import unplaced
 from impactlab.simulate.warnings.laws import closed_within_steps, noted_by_laws, own_laws
 from impactlab.simulate.warnings.resolvability import lost_in_bonds, unresolved
-from impactlab.types import Array, Level
+from impactlab.types import Array
 
 RETURNED_WARN = 1e-3  # of the reference energy, that dampers gave back: damped meshes were 1 % off with 0.005
-LOSS_WARN = 0.1  # of the reference energy, that nothing booked: damping schemes lose some, a mesh never so much
-# The same of a run of so many steps, of which its second half lost that share or more: it goes on with the run.
-SLOW_LOSS_WARN, LONG_RUN, STEADY = 0.02, 100_000, 0.25
 GAIN_WARN = 0.02  # of the reference energy: a larger gain is reported, also where the parts declare more
 DROPPED_WARN = 0.02  # of the reference energy: a larger share shows in velocities, by about half of it
 STIFFER_LINK = "Give a stiffer or shorter link, or several that are clamped to each other."
@@ -82,17 +89,7 @@ def add_warnings(history: AbstractHistory) -> None:
         found.append(Warned("energy_gain", f"energy grew by {100 * gain:.2g} % of the reference energy"))
     if beyond(history, returned := returned_by_dampers(history), RETURNED_WARN):
         found.append(Warned("energy_gain", RETURNED.format(share=100 * returned)))
-    loss = history.energy.largest_loss * history.energy.scale / reference_energy(history)
-    if beyond(history, loss, LOSS_WARN):
-        text = (
-            f"{100 * loss:.2g} % of the reference energy was lost in a way that no formula gives, "
-            "such as the numerical damping of the scheme"
-        )
-        if own := own_laws(laws.values()):
-            text += f"; or law {own} does not report it as `stored` or `dissipated`"
-        found.append(Warned("energy_loss", text))
-    elif beyond(history, loss, SLOW_LOSS_WARN):
-        found += slow_loss(history, loss)
+    found += losses.warnings(history, reference_energy(history), partial(beyond, history))
     found += lost_in_bonds(history, reference_energy(history))
     found += probe_oscillations.warnings(history, {each.code for each in (*found, *history.warnings)})
     exaggerated = {each.text.partition(": ")[0] for each in found if each.code == "first_force"}
@@ -102,22 +99,6 @@ def add_warnings(history: AbstractHistory) -> None:
         if (text_or_none := graze(history, name, trip, history.dt or 0.0)) is not None:
             found.append(Warned("near_grazing", text_or_none))
     history.warnings.extend(found)
-
-
-def slow_loss(history: AbstractRecordedHistory, loss: float) -> Iterator[Warned]:
-    """Yield a warning of an energy loss that continues through a long run.
-
-    ``loss`` is a share of the reference energy.
-    """
-    steps, balance = history.duration / (history.dt or history.duration), history.energy.balance
-    late = float(balance[balance.size // 2] - balance[-1])
-    if steps >= LONG_RUN and late > STEADY * loss * reference_energy(history):
-        text = (
-            f"{100 * loss:.2g} % of the reference energy was lost over {steps:.2g} steps by the "
-            "numerical damping of the scheme, and a longer run loses more. Give a smaller step, or "
-            "integrator midpoint or newmark"
-        )
-        yield Warned("energy_loss", text)
 
 
 def dropped_in_maps(history: AbstractRecordedHistory) -> Iterator[Warned]:
@@ -214,22 +195,14 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
             )
     if clock.step == assembly.steps and clock.n_samples > 1:
         check_momentum(history, readout.impulses(assembly), readout.load_impulses(assembly), clock.time, failure)
-    check_gain(history, bound_of(assembly, history), lambda: gain_remedy(assembly, history), failure)
+    bound = bound_of(assembly, history)
+    if beyond(history, gain_of(history), bound):
+        bound += gain_of_forces(assembly, history) / reference_energy(history)
+    check_gain(history, bound, lambda: gain_remedy(assembly, history), failure)
     if beyond(history, returned := returned_by_dampers(history), MAX_GAIN):
         raise failure(
             RETURNED.format(share=100 * returned), remedy="Give a smaller step, or integrator midpoint or moreau_jean."
         )
-
-
-def bound_of(assembly: Assembly, history: AbstractRecordedHistory) -> float:
-    """Return the largest declared energy gain of a run over its initial energy."""
-    bound = assembly.layout.plan.energy_bound
-    models = [body.model for body in assembly.layout.built.values() if isinstance(body.model, MechanismModel)]
-    if models:
-        laws = laws_of(assembly.scene, assembly.acting)
-        impulses = any(Level.IMPULSE in law.needs or Level.CLOSING in law.needs for law in laws)
-        bound += sum(model.gains_energy(assembly.dt, impulses, fastest(history, model)) for model in models)
-    return bound
 
 
 def gain_remedy(assembly: Assembly, history: AbstractRecordedHistory) -> str:
@@ -239,7 +212,8 @@ def gain_remedy(assembly: Assembly, history: AbstractRecordedHistory) -> str:
     of_laws = " ".join(dict.fromkeys(law.gain_remedy for law in laws if law.gain_remedy))
     if of_laws and cut and any(isinstance(body.model, MechanismModel) for body in assembly.layout.built.values()):
         of_laws = "Give events: located, or a law with a stiffness, such as hertz."  # it takes no other scheme or mesh
-    remedy = of_laws or f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."
+    softer = f", or a softer contact{', or events: located' if cut else ''}" if history.contacts else ""
+    remedy = of_laws or f"Give a smaller step{softer}."
     if own := own_laws(laws):
         remedy += (
             f" Law {own} must report the energy that it stores as `stored`, and declare the energy "
@@ -268,17 +242,6 @@ def pushed_out(history: AbstractRecordedHistory) -> str | None:
                 "(penalty), or velocity_complementarity, which does not remove the overlap."
             )
     return None
-
-
-def fastest(history: AbstractRecordedHistory, model: MechanismModel) -> LargestTurn:
-    """Return the largest rate and angular acceleration of a mechanism in a run."""
-    names = [f"rate:{each.name}" for each in model.part.readings if each.is_angle]
-    rates = [history.recorded[name] for name in names if name in history.recorded]
-    changes = [np.abs(np.diff(each.values)) / np.diff(each.times) for each in rates]
-    return LargestTurn(
-        max((float(np.max(np.abs(each.values))) for each in rates), default=0.0),
-        max((float(np.max(each, initial=0.0)) for each in changes), default=0.0),
-    )
 
 
 def _finite(values: Array) -> bool:

@@ -37,6 +37,39 @@ def test_forces_that_die_out_open_no_contact_again_and_again(area):
     assert np.max(np.abs(book.balance)) < 1e-12 * book.total[0]
 
 
+def two_specimens(denser=0.0):
+    """Steel bars with two copper specimens on a spring between them; the force dies out in ever smaller dips."""
+    steel, copper = {"young": 2.1e11, "density": 7850.0}, {"young": 1e11, "density": 8900.0 * (1.0 + denser)}
+    piece = {"length": 0.0097262, "area": 5.30285949e-05, "material": copper}
+    bodies = {
+        "striker": il.Rod(length=0.074193, area=1.2897e-4, material=steel, velocity=3.1472),
+        "incident": il.Rod(length=1.0, area=1.2897e-4, material=steel),
+        "one": il.Rod(**piece),
+        "two": il.Rod(**piece),
+        "transmission": il.Rod(length=0.51303, area=6.4485e-05, material=steel),
+    }
+    contacts = [
+        il.Contact("striker.right", "incident.left", law={"kind": "penalty", "stiffness": 3.5548e9, "damping": 19.339}),
+        il.Contact("incident.right", "one.left", law={"kind": "wave_identification"}),
+        il.Contact("one.right", "two.left", law={"kind": "penalty", "stiffness": 4.5632e9}),
+        il.Contact("two.right", "transmission.left", law={"kind": "addition_deletion"}),
+    ]
+    solve = {"duration": 4e-4, "model": {"kind": "continuous"}}
+    return il.run(il.Case(bodies=bodies, contacts=contacts, solve=solve))
+
+
+def test_faces_that_would_part_by_less_than_rounding_stay_closed():
+    """A dip of the force below zero, of 1e-11 of its peak, would open and close a contact infinitely often."""
+    history, other = two_specimens(), two_specimens(1e-9)
+    name = history.scene.contacts[1].name
+    book = history.energy
+    assert np.max(np.abs(book.balance)) < 1e-12 * book.total[0]
+    times = np.linspace(0.0, 4e-4, 401)
+    force, moved = (each.evaluate(times, f"force:{name}") for each in (history, other))
+    assert np.max(np.abs(force - moved)) < 1e-6 * np.max(force)  # fronts move by 1e-9 of their way
+    assert np.min(force) > -1e-9 * np.max(force)
+
+
 def test_intervals_hardly_longer_than_the_rounding_of_time_keep_their_waves():
     """Their last coefficients grew at every echo, as rounding put places outside of them: a gain of 6e-7.
 

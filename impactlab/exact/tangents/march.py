@@ -193,7 +193,7 @@ def interval(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> int:
     if n == 0:
         return UNRESOLVED
     half = 0.5 * (t1 - t0)
-    place = next_event(m, j, n)
+    place = next_event(m, j, n, half)
     event = t1 if place > 1.0 else t0 + half * (place + 1.0)
     found = place <= 1.0 and event > t0 + state.tolerance
     if found:
