@@ -82,7 +82,12 @@ def test_nothing_moves_before_the_wave_arrives(alpha, far, x, share):
 def test_mirrored_scene_has_the_mirrored_solution(alpha, far, law):
     one, other = solve(*struck(alpha, 8.0, far, law)), solve(*struck(alpha, 8.0, far, law, mirrored=True))
     assert [e.kind for e in one.events] == [e.kind for e in other.events]
-    assert [e.time for e in one.events] == pytest.approx([e.time for e in other.events], abs=1e-12)
+    force = next(channel for channel in other.channels() if channel.startswith("force:"))
+    for mine, theirs in zip(one.events, other.events, strict=True):
+        if abs(mine.time - theirs.time) > 1e-12:  # a force that falls to zero slowly: rounding of it over its rate
+            assert mine.kind == "open"
+            assert abs(mine.time - theirs.time) < 1e-9
+            assert float(other.evaluate(mine.time, force)) == pytest.approx(0.0, abs=1e-14)
     t = np.linspace(0.0, 8.0, 97)
     assert one.evaluate(t, "position:hammer") == pytest.approx(-other.evaluate(t, "position:hammer"), abs=1e-12)
     t = np.minimum(t + 0.0123, 8.0)
