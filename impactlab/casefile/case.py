@@ -386,8 +386,7 @@ def _make(name: str, file: str, document: Document, registry: plugins.Registry, 
         if is_new:  # of an edited one, new values were checked as they were put in
             check_texts(document.data)
         data, origins = expand(document.data)
-        bodies = data.get("bodies")
-        count = len(bodies) if isinstance(bodies, dict) else 0
+        count = len(data["bodies"]) if isinstance(data.get("bodies"), dict) else 0
         log_many_bodies(count)
         with GarbageCollectionPaused(count):
             checked, built = _checked_and_built(name, file, data, registry)

@@ -368,11 +368,9 @@ def _orders(contact: CaseContact) -> bool:
     It does not with a wall, at an inner point, or on a mechanism.
     """
     links, mechanisms = links_of(contact.case), contact.case.mechanisms
-    if any(name in links or name in mechanisms for name in contact.faces.names):
-        return False
-    if any("(" in face.point.label for face in contact.faces):  # rod.at(x)
-        return False
-    return not any(isinstance(body, WallBlock) for body in contact.bodies)
+    turns = any(name in links or name in mechanisms for name in contact.faces.names)
+    inner = any("(" in face.point.label for face in contact.faces)  # rod.at(x)
+    return not (turns or inner or any(isinstance(body, WallBlock) for body in contact.bodies))
 
 
 def has_a_law(contact: CaseContact) -> None:

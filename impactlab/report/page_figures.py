@@ -9,7 +9,17 @@ from typing import Any
 
 from impactlab.history.base import AbstractHistory
 from impactlab.report.comparison import cell
-from impactlab.report.figures import applications, balance, diagram, fields, mechanism, overview, plots, signals
+from impactlab.report.figures import (
+    applications,
+    balance,
+    diagram,
+    differences,
+    fields,
+    mechanism,
+    overview,
+    plots,
+    signals,
+)
 from impactlab.report.figures.figure_files import PageFigure
 from impactlab.report.figures.named_contacts import NamedContact, law_of, named_contacts, with_figures
 from impactlab.report.figures.row_diagram import is_row, row_of_forces
@@ -169,13 +179,13 @@ def histories_of(
             words = f"Faces of a mechanism have their position in space, along the contact. {words}"
         draw = partial(plots.signals, panels, histories, scene, compared=compared)
         figures.append(PageFigure("displacement", "Displacement", words, draw, has_live_twin=True, is_printed=False))
-    if plots.differences(shown):
+    if differences.differences(shown):
         words = (
             "The largest difference of a displacement from the reference so far, in % of its largest "
             "value: a curve rises when its method becomes inaccurate. Of many masses and faces, those with the largest "
             "differences."
         )
-        draw = partial(plots.difference, shown, scene)
+        draw = partial(differences.difference, shown, scene)
         figures.append(PageFigure("difference", "Growth of the difference", words, draw, is_printed=not compared))
     return figures
 

@@ -16,7 +16,7 @@ from impactlab.errors import CaseError
 from impactlab.exact.setup.build import junctions
 from impactlab.history.frame import frames, groups
 from impactlab.printing import counted
-from impactlab.report.figures import plots
+from impactlab.report.figures import differences
 from impactlab.report.figures.drawn_part import MAX_DRAWN, drawn_part
 from impactlab.report.figures.stage import layout
 from impactlab.report.figures.style import Trace
@@ -135,9 +135,9 @@ def test_differences_of_many_faces_have_few_panels_and_a_scale_that_is_not_round
     history = il.run(il.Case(bodies=bodies, contacts=row, solve={"duration": "0.2 ms", "model": model, **step}))
     reference = reference_of(history.scene, history.method)
     assert reference is not None
-    figure = plots.difference([Trace("mesh", history, "#000000", reference=reference.history)], history.scene)
+    figure = differences.difference([Trace("mesh", history, "#000000", reference=reference.history)], history.scene)
     panels = [axis for axis in figure.axes if axis.get_visible()]
-    assert len(panels) == plots.MAX_PANELS  # of 18 faces
+    assert len(panels) == differences.MAX_PANELS  # of 18 faces
     # Waves of the mesh run ahead of those of the continuum: faces that have not moved yet have no scale of their own.
     assert max(float(np.max(axis.lines[0].get_ydata())) for axis in panels) < 100.0  # type: ignore[arg-type]
 

@@ -22,7 +22,7 @@ from impactlab.refine.references.reference_record import Reference
 from impactlab.report.compare_report import write_comparison
 from impactlab.report.comparison import comparison
 from impactlab.report.facts import findings, scene_facts, si
-from impactlab.report.figures import balance, diagram, overview, plots
+from impactlab.report.figures import balance, diagram, differences, overview, plots
 from impactlab.report.figures.figure_files import figure_files, inline, to_svg
 from impactlab.report.figures.style import INK, PALETTE, Trace, curve, spread, traces
 from impactlab.report.provenance import Provenance
@@ -274,7 +274,7 @@ def test_kicks_are_drawn_with_their_whole_impulse() -> None:
 
 
 def test_the_difference_figure_shows_how_far_a_method_has_strayed() -> None:
-    figure = plots.difference([Trace("poor", history(1.3), PALETTE[0], reference=EXACT.history)], scene().scene)
+    figure = differences.difference([Trace("poor", history(1.3), PALETTE[0], reference=EXACT.history)], scene().scene)
     assert figure.axes[0].lines[0].get_ydata()[-1] == pytest.approx(30.0, rel=1e-3)  # type: ignore[index]
 
 
