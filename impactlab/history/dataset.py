@@ -20,7 +20,8 @@ from impactlab.errors import ExtraError, ImpactlabError
 from impactlab.history.base import AbstractHistory, BranchChange, ContactSpan, Cost, Event, HasCase, LinkResult, Warned
 from impactlab.history.energy import CarriedEnergy, EnergyBook, EnergyEnds
 from impactlab.history.instruments import Measured, measured_signals
-from impactlab.history.sampled import BodyFields, Facts, SampledHistory, body_fields, channels_of, facts_of
+from impactlab.history.kept_fields import BodyFields, body_fields
+from impactlab.history.sampled import Facts, SampledHistory, channels_of, facts_of
 from impactlab.history.units import LONG_NAMES, UNITS
 from impactlab.scene.method import Simulation
 from impactlab.types import Array

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from impactlab.errors import ImpactlabError, closest
 from impactlab.history.arguments import END_ROUNDING, check_one, one_time, places_on, within_run
 from impactlab.history.base import (
-    FIELD_POINTS,
     AbstractHistory,
     BranchChange,
     ContactSpan,
@@ -26,21 +25,11 @@ from impactlab.history.base import (
 )
 from impactlab.history.energy import EnergyBook, EnergyEnds
 from impactlab.history.instruments import Measured, measure, measured_signals, probe_of
-from impactlab.history.sampling import frame_times, page_times, places_in_file
-from impactlab.scene.bodies import ElasticBody
+from impactlab.history.kept_fields import BodyFields, body_fields
+from impactlab.history.sampling import page_times
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Probe
 from impactlab.types import Array
-
-KEPT = ("displacement", "velocity", "strain", "stress", "force", "bending_moment")  # as far as a body has them
-
-
-class BodyFields(NamedTuple):
-    """The fields of one body at some instants."""
-
-    times: Array  # (n,) s
-    x: Array  # (m,) m
-    values: dict[str, Array]  # quantity -> (n, m)
 
 
 class Facts(NamedTuple):
@@ -115,8 +104,8 @@ class SampledHistory(AbstractHistory):
 
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
         kept, time = self.fields.get(str(body)), one_time(t, self.duration)
-        near = np.zeros(0, int) if kept is None else np.flatnonzero(np.abs(kept.times - time) <= self._slack)
-        values = None if kept is None or near.size == 0 else self._read(kept, body, quantity, int(near[0]))
+        number = None if kept is None else kept.number_at(time, END_ROUNDING * self.duration)
+        values = None if kept is None or number is None else kept.row(self.scene.bodies[body], quantity, number)
         if kept is None or values is None:
             known = "" if kept is None else f"; kept are {', '.join(kept.values)} at {kept.times.size} instants"
             raise ImpactlabError(
@@ -139,27 +128,6 @@ class SampledHistory(AbstractHistory):
 
     def energy_ends(self) -> EnergyEnds:
         return super().energy_ends() if self._energy_ends is None else self._energy_ends
-
-    @property
-    def _slack(self) -> float:
-        return END_ROUNDING * self.duration
-
-    def _read(self, kept: BodyFields, body: str, quantity: str, number: int) -> Array | None:
-        """Return a quantity of the kept fields, or None.
-
-        Strain and force of rods may follow from the stress, stress and strain of beams from the bending moment.
-        """
-        if quantity in kept.values:
-            return np.asarray(kept.values[quantity][number])
-        elastic = self.scene.bodies[body].elastic
-        read, times = self.scene.bodies[body].quantities.get(quantity, ("", 1.0))
-        if read != quantity and read in kept.values:
-            return np.asarray(times * kept.values[read][number])
-        if elastic is None or quantity not in ("strain", "force") or "stress" not in kept.values:
-            return None
-        pieces = [elastic.segment_at(float(x)) for x in kept.x]
-        factor = [1.0 / piece.young if quantity == "strain" else piece.area for piece in pieces]
-        return np.asarray(kept.values["stress"][number] * np.array(factor))
 
     @property
     def record_rate(self) -> float:
@@ -202,45 +170,3 @@ def channels_of(history: AbstractHistory) -> list[str]:
                 history.evaluate(0.0, name)
                 names.append(name)
     return list(dict.fromkeys(names))
-
-
-def body_fields(history: AbstractHistory) -> dict[str, BodyFields]:
-    """Return the fields of each body at the frames of a page and at snapshots.
-
-    Of many continuous rods they have fewer places (`places_in_file`).
-    """
-    fields, elastic = {}, history.scene.elastic
-    count = places_in_file(sum(len(kept_quantities(body)) for body in elastic.values()), FIELD_POINTS)
-    for name, body in elastic.items():
-        times, places = history.field_times(name), None
-        if times is None:
-            times = np.union1d(
-                frame_times(history.duration), [t for t in history.scene.snapshots if t <= history.duration]
-            )
-            places = np.linspace(0.0, body.length, count) if count < FIELD_POINTS else None
-        kept = _fields_of(history, body, times, places)
-        if kept is not None:
-            fields[name] = kept
-    return fields
-
-
-def _fields_of(history: AbstractHistory, body: ElasticBody, times: Array, places: Array | None) -> BodyFields | None:
-    values = {}
-    x = np.zeros(0)
-    for quantity in kept_quantities(body) if times.size else ():
-        try:
-            x, values[quantity] = history.fields_at(body.name, times, quantity, places)
-        except ImpactlabError:  # a body with a quantity at its contacts and probes only
-            continue
-    return BodyFields(times, x, values) if values else None
-
-
-def kept_quantities(body: ElasticBody) -> list[str]:
-    """Return the quantities of a body that are kept.
-
-    Stress gives force, and strain in a body that is not viscous.
-    """
-    names = {read: name for name, (read, _) in reversed(list(body.quantities.items()))}
-    viscous = body.damping.stiffness > 0.0 or any(piece.viscosity for piece in body.segments)
-    followed = {"force": "stress" in names, "strain": not viscous}
-    return [names[read] for read in KEPT if read in names and not followed.get(read, False)]

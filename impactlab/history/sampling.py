@@ -11,7 +11,7 @@ FRAMES = 240
 HISTORY_POINTS = 8 * FRAMES + 1
 """Instants of a time trace, one per pixel of a wide screen; every eighth is that of a frame."""
 MAX_FORCES = 200  # contacts whose forces stand in a table of probes; nobody reads one with more columns
-MIN_POINTS, MAX_NUMBERS = 101, 20_000_000  # of a file: at least these instants, else at most 160 MB
+MIN_POINTS, MAX_NUMBERS = 101, 10_000_000  # of a file: at least these instants, else at most 80 MB
 MIN_PLACES, MAX_FIELDS = 5, 10_000_000  # of the fields of a file: at least these places of a rod, else at most 80 MB
 
 

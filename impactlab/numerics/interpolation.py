@@ -48,15 +48,15 @@ def between(t: Array, instants: Array) -> Between:
 
 
 def cubic(at: Between, values: Array, rates: Array) -> Array:
-    """Return the cubic Hermite interpolant of values and rates at the instants, both (n,), shape of the times.
+    """Return the cubic Hermite interpolant of values and rates at the instants, both (..., n), shape (..., times).
 
     Where the fourth derivative is at most D, and rates are exact, its error is at most D h^4/384 between instants h
     apart.
     """
     _, _, before, apart, share = at
-    first, last = values[before], values[before + 1]
+    first, last = values[..., before], values[..., before + 1]
     rise, rest = last - first, 1.0 - share
-    bend = rest * (rates[before] * apart - rise) - share * (rates[before + 1] * apart - rise)
+    bend = rest * (rates[..., before] * apart - rise) - share * (rates[..., before + 1] * apart - rise)
     return np.where(share < 1.0, first + share * (rise + rest * bend), last)
 
 

@@ -22,6 +22,7 @@ from impactlab.report.figures.drawn_part import drawn_part
 from impactlab.report.figures.figure_files import FigureFiles
 from impactlab.report.figures.signals import UNITS, in_words, place, place_in_words
 from impactlab.report.figures.style import PALETTE, Trace
+from impactlab.report.npz import write_npz
 from impactlab.report.page import Page, write_page
 from impactlab.report.provenance import Provenance
 from impactlab.scene.problem import Scene
@@ -113,7 +114,7 @@ def _label(summary: Mapping[str, Any]) -> str:
 
 
 def _write_arrays(path: Path, history: AbstractHistory) -> None:
-    np.savez_compressed(path, **history_arrays(history))
+    write_npz(path, history_arrays(history))
 
 
 def history_arrays(history: AbstractHistory) -> dict[str, Any]:

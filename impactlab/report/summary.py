@@ -94,7 +94,7 @@ def summarise(
         "events": [_event(event) for event in history.events],
         "contacts": [_contact(span) for span in history.contacts],
         "links": [_link(each, NOISE * history.energy.scale) for each in history.links],
-        "collisions": [dataclasses.asdict(each) for each in collisions(history)],
+        "collisions": [dict(vars(each)) for each in collisions(history)],
         "final": final(history),
         "energy": energy(history),
         "rotation": rotation(scene),

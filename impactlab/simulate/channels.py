@@ -15,12 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError, closest
 from impactlab.history.arguments import END_ROUNDING, check_one, check_several, one_time, places_on, within_run
-from impactlab.history.base import (
-    AbstractHistory,
-    Cost,
-    Field,
-    instants_around,
-)
+from impactlab.history.base import AbstractHistory, Cost, Field, instants_around
 from impactlab.numerics.interpolation import Between, between, cubic, interpolated, turning_points
 from impactlab.numerics.slopes import slopes
 from impactlab.scene.bodies import mechanism_of
@@ -34,7 +29,10 @@ from impactlab.types import Array, PowerForce, Quantity
 
 
 class Smooth(NamedTuple):
-    """A smooth motion [m], or the contact force K (-u)^n of one: cubic between records by its rates."""
+    """A smooth motion [m], or the contact force K (-u)^n of one: cubic between records by its rates.
+
+    Several at the same times have values and rates (channels, n).
+    """
 
     times: Array  # (n,) s
     values: Array  # (n,) m
@@ -174,6 +172,10 @@ class AbstractRecordedHistory(AbstractHistory):
         force = self.recorded[f"force:{contact.name}"]
         return force.times, force.values
 
+    def smallest_gap(self, contact: Contact) -> float:
+        """Return the smallest gap of a contact in the records [m], negative in an overlap."""
+        return float(self.recorded[f"gap:{contact.name}"].values.min())
+
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
         t = within_run(t, self.duration)
         self._check_channel(channel)
@@ -193,26 +195,26 @@ class AbstractRecordedHistory(AbstractHistory):
         check_several(channels)
         t = np.atleast_1d(within_run(t, self.duration))
         found = np.empty((len(channels), len(t)))
-        alike: dict[tuple[int, bool, int, bool], tuple[list[int], list[Channel]]] = {}
+        alike: dict[Any, tuple[list[int], list[Channel]]] = {}
         for number, name in enumerate(channels):
             self._check_channel(name)
             channel = self._channel(name)
-            if channel.smooth is not None:
-                found[number] = channel.smooth.at(self._between(channel.smooth.times, t))
-                continue
-            key = id(channel.times), channel.stepped, id(channel.middles), channel.pulls
-            numbers, group = alike.setdefault(key, ([], []))
+            instants, smooth = (id(channel.times), id(channel.middles)), channel.smooth and (channel.smooth.power,)
+            numbers, group = alike.setdefault((*instants, channel.stepped, channel.pulls, smooth), ([], []))
             numbers.append(number)
             group.append(channel)
         for numbers, group in alike.values():
             some = max(1, MAX_TOGETHER // max(1, group[0].times.size))
             for first in range(0, len(group), some):
-                rows = np.array([channel.values for channel in group[first : first + some]])
-                found[numbers[first : first + some]] = self._together(t, group[0], rows)
+                found[numbers[first : first + some]] = self._together(t, group[first : first + some])
         return found
 
-    def _together(self, t: Array, first: Channel, rows: Array) -> Array:
-        """Return channels that differ only in their values, (channels, n), at times t [s]."""
+    def _together(self, t: Array, group: Sequence[Channel]) -> Array:
+        """Return channels that differ only in their values and rates, (channels, n), at times t [s]."""
+        first, rows = group[0], np.array([(channel.smooth or channel).values for channel in group])
+        if first.smooth is not None:
+            rates = np.array([channel.smooth.rates for channel in group if channel.smooth is not None])
+            return first.smooth._replace(values=rows, rates=rates).at(self._between(first.smooth.times, t))
         if not first.stepped:
             return interpolated(t, first.times, rows)
         step = self._step_at(first.times, t)

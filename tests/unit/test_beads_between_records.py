@@ -142,3 +142,12 @@ def test_error_estimates_read_beads_as_the_channels_do() -> None:
     t = midpoints(few.duration, 700)
     np.testing.assert_allclose(records.displacements(names, 700), few.evaluate_each(t, names), rtol=1e-12, atol=1e-18)
     assert np.array_equal(chain(100_000).assembly.layout.rates_of([1, 2]), [-1, -1])
+
+
+@pytest.mark.parametrize("records", [100, 100_000])
+def test_the_smallest_gaps_are_those_of_the_channels(records: int) -> None:
+    history = chain(records, beads=5, gap=1e-6, kind="penalty", stiffness=1e8)
+    smallest = [history.smallest_gap(contact) for contact in history.scene.contacts]
+    names = [f"gap:{contact.name}" for contact in history.scene.contacts]
+    assert smallest == [history.recorded[name].values.min() for name in names]
+    assert min(smallest) < 0.0

@@ -17,7 +17,7 @@ from impactlab.exact.results.energies import energies_at
 from impactlab.exact.results.history import ContinuousHistory
 from impactlab.exact.results.link_results import followed, link_results, named
 from impactlab.exact.setup.network import Log, NetworkLayout, without
-from impactlab.history.arguments import one_time, places_on, within_run
+from impactlab.history.arguments import END_ROUNDING, one_time, places_on, within_run
 from impactlab.history.base import (
     AbstractHistory,
     BranchChange,
@@ -30,6 +30,7 @@ from impactlab.history.base import (
 )
 from impactlab.history.energy import EnergyBook
 from impactlab.history.frame import carried_energy, touched_in
+from impactlab.history.kept_fields import BodyFields, fields_of, joined, places_along
 from impactlab.history.no_contact import never_closed
 from impactlab.history.noise_floor import above_noise
 from impactlab.metrics.linear_theory import overstrained
@@ -60,7 +61,7 @@ class ThinnedHistory(AbstractHistory):
         self.stairs = {f"force:{name}" for name, law in laws.items() if law.hard}
         self.forces = {f"force:{name}" for name in (*laws, *named(self.scene))}
         self.pulling = self.forces - {f"force:{name}" for name, law in laws.items() if not law.two_sided}
-        self.fields: dict[tuple[str, str, float], Field] = {}
+        self.fields: dict[str, BodyFields] = {}
         self.cost = Cost()
         self.events = ()
         self.contacts = ()
@@ -98,20 +99,22 @@ class ThinnedHistory(AbstractHistory):
         return float(np.interp(time, self.time, self.values[f"force:{contact}"]))
 
     def field_times(self, body: str) -> Array | None:
-        return np.unique([time for name, _, time in self.fields if name == body])
+        return self.fields[body].times if body in self.fields else np.zeros(0)
 
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
-        t = one_time(t, self.duration)
-        for (name, kind, time), found in self.fields.items():
-            if (name, kind) == (body, quantity) and abs(time - t) <= 1e-9 * self.duration:
-                if x is None:
-                    return found
-                places = places_on(self.scene.bodies[body], x)
-                return Field(places, np.interp(places, found.x, found.values))
-        raise CaseError(
-            f"the field '{quantity}' of '{body}' at {t:g} s is not kept: the run was too long to keep all of its waves",
-            remedy="Name that instant in snapshots, or give a shorter duration.",
-        )
+        kept, t = self.fields.get(str(body)), one_time(t, self.duration)
+        number = None if kept is None else kept.number_at(t, END_ROUNDING * self.duration)
+        values = None if kept is None or number is None else kept.row(self.scene.bodies[body], quantity, number)
+        if kept is None or values is None:
+            raise CaseError(
+                f"the field '{quantity}' of '{body}' at {t:g} s is not kept: the run was too long to keep all of its "
+                "waves",
+                remedy="Name that instant in snapshots, or give a shorter duration.",
+            )
+        if x is None:
+            return Field(kept.x, values)
+        places = places_on(self.scene.bodies[body], x)
+        return Field(places, np.interp(places, kept.x, values))
 
     @property
     def record_rate(self) -> float:
@@ -135,6 +138,7 @@ class Thinner:
         self.grid = np.linspace(0.0, scene.duration, scene.records + 1)
         self.every = max(1, scene.records // MAX_ENERGY_SAMPLES)
         self.begun, self.taken = 0.0, 0
+        self.places = {name: places_along(scene, body) for name, body in scene.elastic.items()}
         first = ContinuousHistory(run, layout, log, log.reached)
         for pieces in layout.links.values():
             for link in pieces:
@@ -146,7 +150,7 @@ class Thinner:
         self.open: dict[str, ContactSpan] = {}
         self.books: list[EnergyBook] = []
         self.spent: dict[str, float] = {}
-        self.fields: dict[tuple[str, str, float], Field] = {}
+        self.fields: dict[str, list[BodyFields]] = {}
         self.changes: list[BranchChange] = []
         self.links: tuple[LinkResult, ...] = ()
 
@@ -173,7 +177,7 @@ class Thinner:
         book = _joined(self.books)
         history.energy = replace(book, carried=carried_energy(self.scene, book.time, touched_in(history)))
         history.links, history.changes = self.links, tuple(self.changes)
-        history.fields = self.fields
+        history.fields = {name: joined(windows) for name, windows in self.fields.items()}
         history.warnings += [*never_closed(history), *overstrained(history)]
         history.cost.steps = int(log.state["intervals"])
         return history
@@ -198,11 +202,7 @@ class Thinner:
             new = link_results(self.scene, self.run.method, window.signals, window.numbers, self.begun, until)
             self.links = followed(self.links, tuple(new))
         self._energies(window, t[-self.taken % self.every :: self.every], until, last)
-        for time in self.scene.field_times:
-            if self.begun <= time < until or (last and time >= until):
-                for body in self.scene.bodies.values():
-                    for kind in body.quantities if body.waves is not None else ():
-                        self.fields[body.name, kind, time] = window.field(body.name, time, kind)
+        self._fields(window, np.array([t for t in self.scene.field_times if self.begun <= t and (t < until or last)]))
         self.taken = upto
 
     def _impulse(self, window: ContinuousHistory, name: str, t: Array) -> Array:
@@ -210,6 +210,13 @@ class Thinner:
         return np.asarray(
             self.impulses[name] + force.integral(t, False) - force.integral(np.array([self.begun]), False)
         )
+
+    def _fields(self, window: ContinuousHistory, times: Array) -> None:
+        """Keep the fields of the window at these times [s]."""
+        for name, body in self.scene.elastic.items():
+            kept = fields_of(window, body, times, self.places[name])
+            if kept is not None:
+                self.fields.setdefault(name, []).append(kept)
 
     def _contacts(self, window: ContinuousHistory, until: float) -> None:
         """Add the window's events, impulses and peaks to every contact period."""

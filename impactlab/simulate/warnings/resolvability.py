@@ -128,8 +128,7 @@ def _stiffness(history: AbstractRecordedHistory, contact: Contact, facts: Contac
     """
     if facts.stiffness is not None:
         return facts.stiffness
-    smallest = float(history.recorded[f"gap:{contact.name}"].values.min())  # a gap is linear between its records
-    return stiffness_at(history.scene, history.method, contact, max(0.0, -contact.gap, -smallest))
+    return stiffness_at(history.scene, history.method, contact, max(0.0, -contact.gap, -history.smallest_gap(contact)))
 
 
 def _too_compliant(history: AbstractRecordedHistory, contact: Contact, facts: ContactFacts) -> Iterator[Warned]:

@@ -98,6 +98,10 @@ class RecordedHistory(AbstractRecordedHistory):
         source, record = self.assembly.layout.sources[f"force:{contact.name}"], self._channels.record
         return record[:, 0], record[:, source.columns[0]]
 
+    def smallest_gap(self, contact: Contact) -> float:
+        kept = self.recorded  # a dictionary in a copy
+        return kept.smallest_gap(contact) if isinstance(kept, RecordedChannels) else super().smallest_gap(contact)
+
     def _channel(self, name: str) -> Channel:
         found = self.recorded[name]
         return self._settled.settled(name, found) if found.rate else found

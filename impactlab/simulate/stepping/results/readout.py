@@ -6,7 +6,6 @@ Contacts are numbered as in the scene.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -22,39 +21,51 @@ from impactlab.simulate.stepping.results.rounding_touches import RawEvent
 from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.types import MEMORY, Array
 
-TOGETHER = 64  # beads whose velocities are read at once
-left_of, right_of = attrgetter("left"), attrgetter("right")
+TOGETHER = 64  # columns of a record that are read at once
 
 
 def bead_gaps(assembly: Assembly, record: Array) -> Array:
     """Return the gaps of bead contacts at the instants of a record [m], (n_bead_contacts, n_records)."""
     first, layout = assembly.layout.first_bead, assembly.layout
-    gaps = assembly.memory.bead_contacts[GAP, assembly.slots][:, None]
-    return np.asarray(gaps + across_beads(assembly, record[:, first : first + layout.n_beads].T))
+    gaps = across_beads(assembly, rows_of_columns(record, first, layout.n_beads))
+    gaps += assembly.memory.bead_contacts[GAP, assembly.slots][:, None]
+    return gaps
 
 
 def bead_gaps_at_end(assembly: Assembly, record: Array, known: Array, t: float) -> Array:
     """Return the gaps of bead contacts at the end t [s] of a run [m], (n_bead_contacts,), from its last records."""
     last, layout = record[-3:], assembly.layout
     at = between(np.array(t), last[:, 0])
-    gaps = bead_gaps(assembly, last).T
+    gaps = bead_gaps(assembly, last)
     if layout.stride > 1 and layout.smooth_beads.issuperset(layout.rows.beads):
-        rates = across_beads(assembly, bead_rates(assembly, last, known[-3:])).T
-        return cubic(at, gaps, rates)
-    return np.asarray(gaps[at.before] + at.share * (gaps[at.before + 1] - gaps[at.before]))
+        return cubic(at, gaps, across_beads(assembly, bead_rates(assembly, last, known[-3:])))
+    return np.asarray(gaps[:, at.before] + at.share * (gaps[:, at.before + 1] - gaps[:, at.before]))
 
 
 def across_beads(assembly: Assembly, moved: Array) -> Array:
     """Return the differences of a motion (n_beads, n) across contacts of beads, (n_bead_contacts, n)."""
     layout = assembly.layout
-    rows = layout.rows
-    if not rows.contacts:
-        return np.zeros((0, moved.shape[1]))
-    moved = np.vstack((moved, np.zeros(moved.shape[1])))  # of a wall: the last row
-    contacts = [layout.scene.contacts[number] for number in rows.contacts]
+    rows, at_rest = layout.rows, np.zeros(moved.shape[1])  # at_rest: of a wall
     places = {name: place for place, name in enumerate(rows.beads)}
-    left, right = ([places.get(face(each).body, -1) for each in contacts] for face in (left_of, right_of))
-    return np.asarray(moved[right] - moved[left])
+    found = np.empty((len(rows.contacts), moved.shape[1]))
+    for place, number in enumerate(rows.contacts):
+        contact = layout.scene.contacts[number]
+        left, right = (
+            moved[places[point.body]] if point.body in places else at_rest for point in (contact.left, contact.right)
+        )
+        np.subtract(right, left, out=found[place])
+    return found
+
+
+def rows_of_columns(record: Array, first: int, count: int) -> Array:
+    """Return ``count`` columns of a record (n_records, n_columns) from ``first`` on as rows, (count, n_records).
+
+    Some at a time: one by one, each would read a line of memory per record.
+    """
+    found = np.empty((count, len(record)))
+    for place in range(0, count, TOGETHER):
+        found[place : place + TOGETHER] = record[:, first + place : first + min(place + TOGETHER, count)].T
+    return found
 
 
 def bead_rates(assembly: Assembly, record: Array, known: Array) -> Array:
@@ -63,11 +74,10 @@ def bead_rates(assembly: Assembly, record: Array, known: Array) -> Array:
     Those in the record are ``known`` (n_records,) [s] a part of a step earlier.
     """
     layout = assembly.layout
-    first, found = layout.first_bead + layout.n_beads, np.empty((layout.n_beads, len(record)))
-    late = record[:, 0] - known
+    found, late = rows_of_columns(record, layout.first_bead + layout.n_beads, layout.n_beads), record[:, 0] - known
     for place in range(0, layout.n_beads, TOGETHER):
-        rates = record[:, first + place : first + min(place + TOGETHER, layout.n_beads)].T.copy()
-        found[place : place + TOGETHER] = rates + late * np.gradient(rates, known, axis=1)
+        rates = found[place : place + TOGETHER]
+        rates += late * np.gradient(rates, known, axis=1)
     return found
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.models.continuous.delay_line import DelayLine
+from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import Channel, Smooth
 from impactlab.simulate.stepping.results import readout
 from impactlab.simulate.stepping.setup.assembly import Assembly
@@ -100,6 +101,13 @@ class RecordedChannels(Mapping[str, Channel]):
             self._read[name] = self._channel(self._sources[name])
         return self._read[name]
 
+    def smallest_gap(self, contact: Contact) -> float:
+        """Return the smallest gap of a contact [m]; those of beads are found together."""
+        name = f"gap:{contact.name}"
+        source = self._sources[name]
+        of_bead = source.kept == "bead_gaps"
+        return float(self._smallest_bead_gaps[source.columns[0]] if of_bead else self[name].values.min())
+
     def __contains__(self, name: object) -> bool:
         return name in self._sources
 
@@ -133,6 +141,10 @@ class RecordedChannels(Mapping[str, Channel]):
     @cached_property
     def _bead_gaps(self) -> Array:
         return readout.bead_gaps(self._assembly, self.record)
+
+    @cached_property
+    def _smallest_bead_gaps(self) -> Array:
+        return np.asarray(self._bead_gaps.min(axis=1))
 
     def _channel(self, source: Source) -> Channel:
         if source.kept == "sample":
