@@ -25,7 +25,7 @@ from impactlab.simulate.field_rows import FieldRows, rows_of, snapshots_at
 from impactlab.simulate.planning.contact_facts import ContactFacts
 from impactlab.simulate.planning.preparation import BuiltBody
 from impactlab.startup.cached import cached_property
-from impactlab.types import Array, PowerForce, Quantity
+from impactlab.types import Array, Ints, PowerForce, Quantity
 
 
 class Smooth(NamedTuple):
@@ -103,7 +103,7 @@ OF_THE_RUN = ("assembly", "_record", "_channels", "_last_bead_gaps", "_located",
 
 
 class AbstractRecordedHistory(AbstractHistory):
-    """A history of recorded channels. To write one, supply ``recorded``, `snapshots`, `motion` and `memories`."""
+    """A history of recorded channels. To write one, supply ``recorded``, `snapshots`, `motions` and `memories`."""
 
     recorded: Mapping[str, Channel]
     dropped: tuple[float, int] = (0.0, 0)  # J, by changes of coordinates with a contact, and their number
@@ -119,7 +119,7 @@ class AbstractRecordedHistory(AbstractHistory):
         self._along: dict[
             tuple[str, Quantity, bool], FieldRows
         ] = {}  # of fields that were read: grid, places given last
-        self._taken: tuple[Array, dict[tuple[int, str, bool], Array]] | None = None  # snapshots of a copy
+        self._taken: tuple[Array, dict[tuple[str, bool], Array]] | None = None  # snapshots of a copy
 
     def facts_of(self, contact: Contact) -> ContactFacts:
         """Return the facts of a contact that checks read, shared by runs of a plan."""
@@ -136,28 +136,28 @@ class AbstractRecordedHistory(AbstractHistory):
         """
         _ = self.recorded, self.events, self.contacts, self.energy, self.links
         times = self._snapshots
-        numbers = range(len(times))
-        motions = {at: self._motion(*at) for at in itertools.product(numbers, self.built, (False, True))}
+        numbers = np.arange(len(times))
+        motions = {at: self._motions(numbers, *at) for at in itertools.product(self.built, (False, True))}
         return {key: value for key, value in vars(self).items() if key not in OF_THE_RUN} | {"_taken": (times, motions)}
 
     @property
     def _snapshots(self) -> Array:
         return self.snapshots() if self._taken is None else self._taken[0]
 
-    def _motion(self, number: int, body: str, velocities: bool) -> Array:
-        return (
-            self.motion(number, body, velocities) if self._taken is None else self._taken[1][number, body, velocities]
-        )
+    def _motions(self, numbers: Ints, body: str, velocities: bool) -> Array:
+        if self._taken is None:
+            return self.motions(numbers, body, velocities)
+        return self._taken[1][body, velocities][numbers]
 
     @abstractmethod
     def snapshots(self) -> Array:
         """Return the times of the snapshots taken so far, shape (n,) [s]."""
 
     @abstractmethod
-    def motion(self, number: int, body: str, velocities: bool) -> Array:
-        """Return displacements or velocities of a body's coordinates at a snapshot.
+    def motions(self, numbers: Ints, body: str, velocities: bool) -> Array:
+        """Return displacements or velocities of a body's coordinates at snapshots by their numbers (n,).
 
-        The shape is (n_dof,); see `_row`.
+        The shape is (n, n_dof); see `_row`.
         """
 
     @abstractmethod
@@ -325,7 +325,7 @@ class AbstractRecordedHistory(AbstractHistory):
         numbers = snapshots_at(within_run(times, self.duration).ravel(), self._snapshots, END_ROUNDING * self.duration)
         places, rows, delays = self._rows_at(body, read, x)
         of_rates = [read == "velocity"] if delays is None else [read == "velocity", True]
-        motions = [np.array([self._motion(number, body, rate) for number in numbers.tolist()]) for rate in of_rates]
+        motions = [self._motions(numbers, body, rate) for rate in of_rates]
         values = rows.times(motions[0])
         if delays is not None:
             values += delays * rows.times(motions[1])

@@ -13,7 +13,7 @@ from impactlab.history.frame import carried_energy, touched_in
 from impactlab.history.noise_floor import above_noise
 from impactlab.simulate.adaptive.record import Record
 from impactlab.simulate.channels import AbstractRecordedHistory, Channel
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
 
 @final
@@ -78,6 +78,7 @@ class AdaptiveHistory(AbstractRecordedHistory):
     def snapshots(self) -> Array:
         return np.array([time for time, _ in self._record.snapshots])
 
-    def motion(self, number: int, body: str, velocities: bool) -> Array:
-        system, state = self._record.system, self._record.snapshots[number][1]
-        return np.asarray(system.motion(state)[int(velocities)][system.equations.parts[body]])
+    def motions(self, numbers: Ints, body: str, velocities: bool) -> Array:
+        system, kept = self._record.system, self._record.snapshots
+        states = np.array([kept[number][1] for number in numbers.tolist()]).T
+        return np.asarray(system.motion(states)[int(velocities)][system.equations.parts[body]].T)

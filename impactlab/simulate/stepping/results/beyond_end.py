@@ -317,8 +317,9 @@ def _beyond(assembly: Assembly, integrator: AbstractIntegrator, last: LastSteps)
 
 def _keep_apart(assembly: Assembly, places: Iterable[int]) -> None:
     """Open the gaps of contacts so far that they cannot touch."""
+    apart = _out_of_reach(assembly)
     for place in places:
-        assembly.contacts[place].initial_gap += _out_of_reach(assembly)
+        assembly.contacts[place].initial_gap += apart
 
 
 def _out_of_reach(assembly: Assembly) -> float:

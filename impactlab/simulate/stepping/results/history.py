@@ -24,7 +24,7 @@ from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory, Channel
 from impactlab.simulate.stepping import event_times
 from impactlab.simulate.stepping.arrays import SAMPLED, EventRecord
-from impactlab.simulate.stepping.results import readout, rounding_touches, run_ends
+from impactlab.simulate.stepping.results import readout, rounding_touches, run_ends, snapshots
 from impactlab.simulate.stepping.results.beyond_end import (
     ON_STEP,
     LastSteps,
@@ -37,7 +37,7 @@ from impactlab.simulate.stepping.results.delay_waves import DelayWaves
 from impactlab.simulate.stepping.results.recorded_channels import Ends, RecordedChannels, ends_of
 from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.startup.cached import cached_property
-from impactlab.types import Array
+from impactlab.types import Array, Ints
 
 MAX_AT_ONCE = 10_000  # values of a field read from waves: their intermediate arrays stay in the processor's cache
 BOOKED = ("contact", "ends", "damping", "unresolved")  # losses, in the order of the samples
@@ -211,23 +211,8 @@ class RecordedHistory(AbstractRecordedHistory):
             self._times = np.array(self.scene.field_times[:taken])
         return self._times
 
-    def motion(self, number: int, body: str, velocities: bool) -> Array:
-        of_displacements, place = (self.assembly.shown[kind][number] for kind in (0, velocities))
-        place = place if place < self.assembly.clock.n_snapshots else of_displacements  # of a run that ended early
-        snapshot, states = self.assembly.snapshots[place], self.assembly.memory.snapshot_state[place]
-        length = snapshot.after - snapshot.before
-        # Leapfrog velocities belong to the middle of their step.
-        late = (1.0 - self._integrator.velocity_point) * length if velocities else 0.0
-        share = (self.scene.field_times[number] - snapshot.before + late) / length if length > 0.0 else 1.0
-        one, other = (self.assembly.layout.state_of(body, state, velocities) for state in states)
-        if self.built[body].system.phases is None:
-            return (1.0 - share) * one + share * other
-        phased = [name for name, each in self.built.items() if each.system.phases is not None]
-        both = np.zeros((2, one.size))  # in the coordinates of either phase: see `_row`
-        bit = phased.index(body)
-        both[snapshot.closed_before >> bit & 1] += (1.0 - share) * one
-        both[snapshot.closed_after >> bit & 1] += share * other
-        return both.ravel()
+    def motions(self, numbers: Ints, body: str, velocities: bool) -> Array:
+        return snapshots.motions(self.assembly, self._integrator, numbers, body, velocities)
 
     def field_times(self, body: str) -> Array | None:
         return None if body in self._ends else super().field_times(body)

@@ -287,10 +287,10 @@ class Layout:
         return self.built[body].system.load.size
 
     def state_of(self, body: str, state: Array, velocities: bool = False) -> Array:
-        """Return a body's displacements or velocities in a whole state, shape (n_dof,)."""
+        """Return a body's displacements or velocities in whole states (..., n_state), shape (..., n_dof)."""
         n_dof = self.n_dof(body)
         start = self.shift[body] + (n_dof if velocities else 0)
-        return state[start : start + n_dof]
+        return state[..., start : start + n_dof]
 
     def column_of(self, number: int) -> int:
         """Return the column of the record with the force of a contact of the scene."""
