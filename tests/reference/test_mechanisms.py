@@ -191,10 +191,8 @@ def test_angular_momentum_about_the_ground_hinge_changes_by_moments(links: list[
         case = document(bodies | walls, links, duration, dt, contacts=contacts, modes=8, snapshots=[0.0, duration])
         history, chain = il.run(case), Chain(case)
         assert len(history.contacts) > 0
-        start, end = (
-            chain.angular_momentum(*(history.motion(number, "chain", rates)[: chain.n] for rates in (False, True)))
-            for number in (0, 1)
-        )
+        moved, rates = (history.motions(np.arange(2), "chain", of_rates)[:, : chain.n] for of_rates in (False, True))
+        start, end = (chain.angular_momentum(moved[number], rates[number]) for number in (0, 1))
         lengths = np.diff(history.recorded["position:fore.right along x"].times)
         arms = history.recorded["position:fore.right along x"].values
         force = history.recorded[f"force:{history.scene.contacts[0].name}"].values[1:]

@@ -25,10 +25,10 @@ def motions(assembly: Assembly, integrator: AbstractIntegrator, numbers: Ints, b
         Of the instants in the scene, (n,).
     """
     layout, taken = assembly.layout, assembly.clock.n_snapshots
-    own, places = (np.asarray(assembly.shown[kind])[numbers] for kind in (0, velocities))
+    own, places = (np.asarray(assembly.shown[kind], np.int64)[numbers] for kind in (0, velocities))
     places = np.where(places < taken, places, own)  # of a run that ended early
     structures: Any = assembly.snapshots
-    kept = np.frombuffer(structures, dtype_of(SnapshotRecord), taken)[places]
+    kept = np.frombuffer(structures, dtype_of(SnapshotRecord))[places]
     length = kept["after"] - kept["before"]
     # Leapfrog velocities belong to the middle of their step.
     late = (1.0 - integrator.velocity_point) * length if velocities else 0.0
