@@ -12,6 +12,7 @@ from impactlab.exact.setup.network import Log
 from impactlab.types import Array, Ints
 
 MAX_BREAKS = 5000  # of a signal, at which its extremes are sought
+MIN_GROUPED = 1000  # coefficients of a signal, from which on integrals take pieces of few coefficients apart
 
 
 @cache
@@ -76,13 +77,13 @@ def sizes_of(*tables: Array) -> Ints:
 class Signal:
     """One row of a junction's records: a function of time in pieces."""
 
-    def __init__(self, start: Array, stop: Array, table: Array, tolerance: float, grouped: bool = False) -> None:
+    def __init__(self, start: Array, stop: Array, table: Array, tolerance: float) -> None:
         self.start = start  # (pieces,) s
         self.stop = stop  # (pieces,) s
         self.width = stop - start  # (pieces,) s
         self.table = table  # (coefficients, pieces)
         self.tolerance = tolerance  # s; a time this near below a break counts as after it
-        self.grouped = grouped  # whether integrals take pieces of few coefficients apart
+        self.grouped = table.size >= MIN_GROUPED
         self._sizes: Ints | None = None
         self._kept: dict[bool, tuple[Array, Array]] = {}
 
@@ -237,7 +238,7 @@ class Signals(AbstractSignals[Signal]):
         table[there] = log.pool[(offsets + row * sizes + order)[there]]
         keep = np.flatnonzero(np.any(table != 0.0, axis=1))
         table = table[: keep[-1] + 1 if len(keep) else 1]
-        return Signal(start, stop, table, float(log.state["tolerance"]), len(log.names) > 0)
+        return Signal(start, stop, table, float(log.state["tolerance"]))
 
     def travel(self, node: int, t: Array) -> Array:
         """Return the displacement of a node since t[0] [m], shape of t (n,)."""

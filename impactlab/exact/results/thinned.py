@@ -39,22 +39,24 @@ from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array
 
-MAX_ENERGY_SAMPLES = 1000  # instants of the energy book, at most
+MAX_ENERGY_SAMPLES = 1000  # instants of energies, at most
 
 
 @final
 class ThinnedHistory(AbstractHistory):
     """An exact history at equal instants.
 
-    Channels are lines between them; forces have their means. Instants, events, contact periods and energies are exact;
-    places without a probe are not kept, fields at snapshots only.
+    Channels are lines between them, those of energies between fewer; forces have their means. Instants, events, contact
+    periods and energies are exact; places without a probe are not kept, fields at snapshots only.
     """
 
-    def __init__(self, run: Simulation, duration: float, time: Array, values: dict[str, Array]) -> None:
+    def __init__(
+        self, run: Simulation, duration: float, time: Array, energy_time: Array, values: dict[str, Array]
+    ) -> None:
         self.dt = None
         self.duration = duration
         self.scene, self.method = run
-        self.time = time  # (n,) s
+        self.time, self.energy_time = time, energy_time  # (n,) s each
         self.values = values  # channel -> (n,); of a force its time integral [N s]
         # Forces of hard contacts are piecewise nearly constant and stay as means; a spring force gets slopes.
         laws = self.method.laws
@@ -79,7 +81,7 @@ class ThinnedHistory(AbstractHistory):
             )
         row = self.values[channel]
         if channel not in self.forces:
-            return np.asarray(np.interp(times, self.time, row))
+            return np.asarray(np.interp(times, self._times_of(channel), row))
         means = np.diff(row) / np.diff(self.time)
         cell = np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, len(means) - 1)
         if channel in self.stairs:
@@ -88,12 +90,15 @@ class ThinnedHistory(AbstractHistory):
         sloped = means[cell] + slopes(middles, means)[cell] * (times - middles[cell])
         return np.asarray(sloped if channel in self.pulling else np.maximum(0.0, sloped))
 
+    def _times_of(self, channel: str) -> Array:
+        return self.energy_time if is_energy(channel) else self.time
+
     def impulse_of(self, contact: str) -> float:
         channel = f"force:{contact}"
         return float(self.values[channel][-1]) if channel in self.pulling else super().impulse_of(contact)
 
     def recorded_around(self, channel: str, start: float, end: float) -> tuple[float, float]:
-        return instants_around(self.time, start, end)
+        return instants_around(self._times_of(channel), start, end)
 
     def impulse_until(self, contact: str, time: float) -> float:
         return float(np.interp(time, self.time, self.values[f"force:{contact}"]))
@@ -124,6 +129,11 @@ class ThinnedHistory(AbstractHistory):
         return np.zeros(0)
 
 
+def is_energy(channel: str) -> bool:
+    """Return whether a channel is the energy of a body."""
+    return channel.startswith("energy:")
+
+
 def oldest(log: Log) -> float:
     """Return the time [s] from which on the march needs its waves."""
     return float(log.reached - log.ends["transit"].max() - 4.0 * log.state["tolerance"])
@@ -137,13 +147,18 @@ class Thinner:
         self.run, self.scene, self.layout = run, scene, layout
         self.grid = np.linspace(0.0, scene.duration, scene.records + 1)
         self.every = max(1, scene.records // MAX_ENERGY_SAMPLES)
-        self.begun, self.taken = 0.0, 0
+        self.begun, self.taken, self.rough_taken = 0.0, 0, 0
+        # Numbers of the instants at which energies are kept: each is a quadrature over a rod.
+        self.rough = np.unique([*range(0, scene.records, self.every), scene.records])
         self.places = {name: places_along(scene, body) for name, body in scene.elastic.items()}
         first = ContinuousHistory(run, layout, log, log.reached)
         for pieces in layout.links.values():
             for link in pieces:
                 first.carried_before(link)
-        self.values = {name: np.zeros(len(self.grid)) for name in (*first.channels(), *_faces(scene))}
+        self.values = {
+            name: np.zeros(len(self.rough) if is_energy(name) else len(self.grid))
+            for name in (*first.channels(), *_faces(scene))
+        }
         self.impulses = {contact.name: 0.0 for contact in scene.contacts}
         self.events: list[Event] = []
         self.spans: list[ContactSpan] = []
@@ -168,9 +183,9 @@ class Thinner:
     def finish(self, log: Log, duration: float) -> ThinnedHistory:
         """Read the rest and return the history up to ``duration`` [s]."""
         self._read(log, duration)
-        kept = min(self.taken, len(self.grid))
-        time, values = self.grid[:kept], {name: row[:kept] for name, row in self.values.items()}
-        history = ThinnedHistory(self.run, duration, time, values)
+        kept, rough = self.taken, self.rough_taken
+        values = {name: row[: rough if is_energy(name) else kept] for name, row in self.values.items()}
+        history = ThinnedHistory(self.run, duration, self.grid[:kept], self.grid[self.rough[:rough]], values)
         rest = list(self.open.values())
         spans = tuple(sorted((*self.spans, *rest), key=lambda span: (span.start, span.contact)))
         history.events, history.contacts = above_noise(self.scene, self.run.method, tuple(self.events), spans)
@@ -186,12 +201,15 @@ class Thinner:
         window = ContinuousHistory(self.run, self.layout, log, until)
         last = until >= self.scene.duration
         upto = len(self.grid) if last else int(np.searchsorted(self.grid, until))
-        t = self.grid[self.taken : upto]
+        t, rough_upto = self.grid[self.taken : upto], int(np.searchsorted(self.rough, upto))
+        rough = self.grid[self.rough[self.rough_taken : rough_upto]]
         forces = {f"force:{name}": own for name, own in named(self.scene).items()}
         forces |= {f"force:{contact.name}": [contact.name] for contact in self.scene.contacts}
         for name, row in self.values.items():
             if name in forces:
                 row[self.taken : upto] = sum(self._impulse(window, own, t) for own in forces[name])
+            elif is_energy(name):
+                row[self.rough_taken : rough_upto] = window.evaluate(rough, name)
             else:
                 row[self.taken : upto] = window.evaluate(t, name)
         self._contacts(window, until)
@@ -203,7 +221,7 @@ class Thinner:
             self.links = followed(self.links, tuple(new))
         self._energies(window, t[-self.taken % self.every :: self.every], until, last)
         self._fields(window, np.array([t for t in self.scene.field_times if self.begun <= t and (t < until or last)]))
-        self.taken = upto
+        self.taken, self.rough_taken = upto, rough_upto
 
     def _impulse(self, window: ContinuousHistory, name: str, t: Array) -> Array:
         force = window.force(name)
