@@ -159,7 +159,8 @@ def of_case(label: str, title: str, run: Simulation, methods: Sequence[str], hin
         *facts.scene_facts(scene, facts.joined_in(*run)),
         *([("methods", ", ".join(methods))] if len(methods) > 1 else []),
     ]
-    return _block(_heading(title or label, label if title else ""), sketch(scene), _facts(rows), *map(_warning, hints))
+    drawn = sketch(drawn_part(scene).scene)
+    return _block(_heading(title or label, label if title else ""), drawn, _facts(rows), *map(_warning, hints))
 
 
 def of_history(history: AbstractHistory) -> str:
@@ -178,7 +179,7 @@ def of_history(history: AbstractHistory) -> str:
     return _block(
         _heading(case.title if case is not None and case.title else name, name),
         *(_warning(f"{each.code}: {each.text}") for each in warned if each.code in SERIOUS),
-        sketch(scene),
+        sketch(drawn_part(scene).scene),
         _facts(rows),
         _figure(lambda: plot(history), "Signals of the run"),
         _periods(history.contacts),

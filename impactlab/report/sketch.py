@@ -29,9 +29,10 @@ def sketch(scene: Scene) -> str:
         return ""
     longest = max((b.length for b in chain if isinstance(b, WaveBody)), default=1.0)
     tallest = max((s.impedance for b in chain if isinstance(b, WaveBody) for s in b.segments), default=1.0)
+    apart = {(contact.left.body, contact.right.body) for contact in scene.contacts if contact.gap > 0.0}
     parts, x = [], MARGIN
     for number, body in enumerate(chain):
-        if number and _apart(scene, chain[number - 1].name, body.name):
+        if number and (chain[number - 1].name, body.name) in apart:  # at the start
             x += GAP
         if isinstance(body, WaveBody):
             width = max(90.0, ROD * body.length / longest)
@@ -53,28 +54,23 @@ def sketch(scene: Scene) -> str:
     )
 
 
-def _apart(scene: Scene, left: str, right: str) -> bool:
-    """Return whether the two bodies stand apart at the start."""
-    return any(
-        contact.gap > 0.0 for contact in scene.contacts if (contact.left.body, contact.right.body) == (left, right)
-    )
-
-
 def _chain(scene: Scene) -> list[Body]:
     """Return the bodies from left to right where they form a chain.
 
     Each contact must join the end of one to that of the next, else there are none.
     """
     after: dict[str, str] = {}
+    reached = set[str]()
     for contact in scene.contacts:
         left, right = scene.bodies[contact.left.body], scene.bodies[contact.right.body]
         at_ends = (
             not isinstance(left, WaveBody) or math.isclose(contact.left.x, left.length)
         ) and contact.right.x == 0.0
-        if not at_ends or left.name in after or right.name in after.values():
+        if not at_ends or left.name in after or right.name in reached:
             return []
         after[left.name] = right.name
-    starts = [name for name in scene.bodies if name not in after.values()]
+        reached.add(right.name)
+    starts = [name for name in scene.bodies if name not in reached]
     if len(starts) != 1:
         return []
     names = [starts[0]]

@@ -349,3 +349,13 @@ def test_notes_are_quiet_by_default(case: il.Case) -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stderr.count("RunNote: near_grazing") == 1
+
+
+def test_a_long_row_is_not_drawn_body_by_body() -> None:
+    bodies = {"striker": il.Mass(4e-3, velocity=1.0), "bead": il.Mass(4e-3, repeat=300)}
+    law = {"kind": "hertz", "stiffness": 7e9}
+    solve = {"duration": 1e-5, "integrator": {"kind": "central_difference"}, "step": {"dt": 2e-7}}
+    case = il.Case(bodies=bodies, contacts=[il.Chain(["striker", "bead"], law)], solve=solve)
+    for shown in (case._repr_html_(), il.run(case)._repr_html_()):
+        assert shown.count('class="mass"') < 50
+    assert "bead_1 to bead_300 each rigid mass, 4 g, at rest" in words_of(case._repr_html_())
