@@ -11,8 +11,8 @@ from impactlab.bases.beams.modes import BeamModes
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
 from impactlab.models.continuous.base import AbstractSelfStepping
-from impactlab.numerics.banded import full, solve
-from impactlab.scene.bodies import Beam, End, Rod
+from impactlab.numerics.banded import full, grounded, solve
+from impactlab.scene.bodies import Beam, End, Rod, Rotation
 from impactlab.testing.contracts.common import BAR, PIECE, STRUCK, at_most, described
 from impactlab.types import Array
 
@@ -177,6 +177,42 @@ class RodModelContract:
             error = float(np.max(np.abs(elastic / exact - 1.0)))
             at_most(error, self.frequency_error, f"the relative error of the first frequencies, {right} at the right,")
             at_most(frequencies[-1], system.highest_frequency * (1.0 + 1e-9), HIGHEST)
+
+    def test_it_is_the_same_for_any_partner_if_declared(self) -> None:
+        """A run takes such bodies from the one before it, where only the mass of a striker differs."""
+        if self.part.reads_partners or isinstance(self.built(), AbstractSelfStepping):
+            return
+        heavier = STRUCK[0]._replace(partner_mass=3.0 * PIECE.mass)
+        one, other = (self.part.build(self.rod(), 0.0, (face,)) for face in (*STRUCK, heavier))
+        text = "reads_partners is False, but with another mass that strikes the rod its {} differs"
+        for name in ("mass", "damping", "stiffness", "velocity"):
+            same = np.array_equal(getattr(one.operators(), name), getattr(other.operators(), name))
+            assert same, text.format(name)
+        rows = one.row(0.0, "displacement"), other.row(0.0, "displacement")
+        assert np.array_equal(rows[0], rows[1]), text.format("row")
+
+    def test_a_rod_that_turns_is_softened_if_declared(self) -> None:
+        """Compare squared frequencies: rotation takes its rate squared from each (the motion is along the radius)."""
+        from scipy.linalg import eigh
+
+        if not self.part.serves_rotation:
+            return
+        still = self.built("clamped").operators()
+        turned = dataclasses.replace(self.rod("clamped"), rotation=Rotation(0.1 * PIECE.wave_speed / PIECE.length))
+        system = self.part.build(turned, 0.0, STRUCK).operators()
+        one, other = (eigh(full(each.stiffness), full(each.mass), eigvals_only=True) for each in (still, system))
+        error = float(np.max(np.abs(one[:3] - other[:3] - turned.softening)))
+        # Static shapes of a basis change with the rotation, and the frequencies of a reduction with them by far less.
+        text = (
+            "serves_rotation: the error of the first squared frequencies, those at rest less the rate squared, [1/s2]"
+        )
+        at_most(error, 1e-3 * turned.softening, text)
+        ground, stated = grounded(system.stiffness), system.springs_to_ground()
+        at_most(
+            float(np.max(np.abs(ground - stated))),
+            1e-9 * float(np.max(np.abs(system.stiffness))),
+            "serves_rotation: the error of `springs_to_ground` [N/m]",
+        )
 
     def test_nothing_is_left_out_of_a_complete_model(self) -> None:
         for right in ("free", "clamped") if self.complete else ():
