@@ -8,12 +8,13 @@ from typing import ClassVar
 import numpy as np
 
 from impactlab.errors import PairingError
-from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Problem, Stepper
+from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Problem
 from impactlab.models.base import AbstractRodModel, Operators
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.numerics.banded import full, multiply, solve
 from impactlab.scene.bodies import End, Rod
+from impactlab.stepper import Stepper
 from impactlab.testing.contracts.common import PIECE, at_most, described
 from impactlab.types import Array
 
