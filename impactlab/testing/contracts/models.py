@@ -59,14 +59,14 @@ class RodModelContract:
         described(self.part)
         assert 0.0 < self.part.element_length(self.rod()) <= PIECE.length
 
-    def test_a_body_that_steps_by_itself_takes_the_momentum_and_the_work_of_a_push(self) -> None:
+    def test_if_it_steps_by_itself_it_takes_the_momentum_and_the_work_of_a_push(self) -> None:
         model = self.built()
         if isinstance(model, AbstractSelfStepping):
             takes_a_push(model, 0.0)
         else:
             assert model.operators().load.size > 0
 
-    def test_a_rod_of_segments_that_steps_by_itself_takes_those_of_a_push_inside(self) -> None:
+    def test_of_segments_it_takes_those_of_a_push_inside_or_refuses_them(self) -> None:
         """A model without segments or inner contacts refuses them with a remedy."""
         segments = PIECE, dataclasses.replace(PIECE, length=0.2, area=1.5 * PIECE.area)
         body, x = Rod("rod", segments, End("free"), End("free")), 0.1
@@ -108,7 +108,7 @@ class RodModelContract:
             lowest = float(np.linalg.eigvalsh(stiffness)[0])
             at_most(-lowest, 1e-12 * float(np.max(np.abs(stiffness))), "minus the least eigenvalue of the stiffness")
 
-    def test_a_free_rod_that_moves_as_a_whole(self) -> None:
+    def test_a_free_rod_moves_as_a_whole(self) -> None:
         model = self.in_coordinates(velocity=1.0)
         if model is None:
             return
@@ -237,7 +237,7 @@ class RodModelContract:
         assert model is not None or remedy, "a model without beams refuses with a remedy"
         return None if isinstance(model, AbstractSelfStepping) else model
 
-    def test_a_free_beam_that_moves_as_a_whole(self) -> None:
+    def test_a_free_beam_moves_as_a_whole_or_beams_are_refused(self) -> None:
         model = self.beam("free", "free", gravity=9.81, speed=1.0)
         if model is None:
             return
@@ -254,7 +254,7 @@ class RodModelContract:
             turned = abs(float(model.row(float(x), "rotation") @ system.velocity)) * BAR.length
             at_most(turned, 1e-7, f"the rate of rotation at x = {x:.4g} m, times the length [m/s]")
 
-    def test_a_beam_pushed_slowly_bends_and_shears(self) -> None:
+    def test_a_beam_pushed_slowly_bends_and_shears_or_beams_are_refused(self) -> None:
         model = self.beam("free", "clamped")
         if model is None:
             return
@@ -272,7 +272,7 @@ class RodModelContract:
             shear = float(model.row(float(x), "shear_force") @ still) + model.left_out(float(x), "shear_force", 0.0)
             at_most(abs(abs(shear) - 1.0), 1e-6, f"the error of the shear force 1 N at x = {x:.4g} m")
 
-    def test_its_lowest_frequencies_are_those_of_the_beam(self) -> None:
+    def test_its_lowest_frequencies_are_those_of_the_beam_or_beams_are_refused(self) -> None:
         from scipy.linalg import eigh
 
         for left, right in (("free", "free"), ("free", "clamped"), ("pinned", "pinned")):
