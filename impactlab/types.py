@@ -160,7 +160,7 @@ class Arriving(NamedTuple):
 class SideFacts(NamedTuple):
     """Facts of one side before the run; NaN where one does not exist."""
 
-    kind: str  # mass | wall | rod | beam
+    kind: str  # mass | wall | rod | beam | mechanism; rod of a shaft, too, which has its equation
     impedance: float  # Z at the contact, N s/m: of rods and Timoshenko beams; of both directions at an inner point
     wave_speed: float  # c at the contact, m/s: of axial waves, on a Timoshenko beam of the shear front
     area: float  # m2

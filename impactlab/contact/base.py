@@ -43,7 +43,8 @@ class AbstractContactLaw(ABC):
     moves_faces: ClassVar[bool] = False  # True: the force follows from the motion that it changes; a face must move
     is_the_contact: ClassVar[bool] = False  # True: hard, and on continuous bodies the hard contact itself
     holds_position: ClassVar[bool] = False  # True: a hard position constraint, under which some schemes gain energy
-    smooth: ClassVar[bool] = False  # True: the force follows from gap and rate alone; steps may have any length
+    smooth: ClassVar[bool] = False  # True: the force of closed faces follows from gap and rate at an instant, whatever
+    # the step, beside facts of the touch such as its approach speed
     acts_at_start: ClassVar[bool] = False  # True: as smooth, but from memory too; the force has a value at t = 0
     two_sided: ClassVar[bool] = False  # True: a link, joined from t = 0, whose force has either sign
     noted: ClassVar[tuple[Noted, ...]] = ()  # counts in its memory that a run reports as warnings

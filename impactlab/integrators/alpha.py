@@ -27,10 +27,11 @@ from __future__ import annotations
 import numpy as np
 
 from impactlab.integrators.banded_steps import LOAD, LOADED, alpha_derive, alpha_free, measure
-from impactlab.integrators.base import Losses, Step, without_load
+from impactlab.integrators.base import Step, without_load
 from impactlab.integrators.flat_matrices import chain_springs, combined, factors, packed
 from impactlab.models.base import Operators
 from impactlab.numerics.banded import trimmed
+from impactlab.stepper import Losses
 from impactlab.types import Array
 
 

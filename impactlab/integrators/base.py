@@ -1,4 +1,4 @@
-"""Base classes of schemes, and the stepper that a scheme prepares for one body."""
+"""Base classes of schemes, and their steps for one body, from which steppers are prepared."""
 
 from __future__ import annotations
 
@@ -14,6 +14,9 @@ from impactlab.models.base import Operators
 from impactlab.numerics.banded import solve_each
 from impactlab.plugins import kind_of
 from impactlab.startup.lazy import lazy
+from impactlab.stepper import Kernel as Kernel
+from impactlab.stepper import Losses as Losses
+from impactlab.stepper import Stepper as Stepper
 from impactlab.types import Array
 
 if TYPE_CHECKING:
@@ -21,24 +24,6 @@ if TYPE_CHECKING:
     from impactlab.numerics import addresses
 else:  # they load numba, which reading a case does not need
     addresses, columns = lazy("impactlab.numerics.addresses"), lazy("impactlab.integrators.columns")
-
-Kernel = Callable[..., None]
-"""A function of float arrays that numba can compile; it returns nothing and writes into its arguments."""
-
-
-class Losses(NamedTuple):
-    """Weights of the loss of a dashpot in a step.
-
-    The state of the scheme is u, v, a. The loss is c ((1 - gamma) v + gamma v_new + lag [z]) [u] - kappa c [v a], with
-    u, v and a of a dashpot's length, [x] the step's change of x, (1 - am) z_new + am z = [v] and z = 0 at first; v is
-    that after an impulse at the start of the step. kappa v C a is then a part of the energy that the scheme measures
-    (`impactlab.integrators.alpha`).
-    """
-
-    gamma: float
-    kappa: float = 0.0  # s2
-    lag: float = 0.0
-    am: float = 0.0
 
 
 class Step(NamedTuple):
@@ -96,30 +81,6 @@ def without_load(step: Step, kernel: Kernel, states: Array) -> Array:
     addresses.entered(columns.apply_to_each, addresses.kernel_address(kernel, addresses.FREE), step.parameters, after)
     step.parameters[step.load] = load
     return after
-
-
-class Stepper(NamedTuple):
-    """A prepared step with its response columns.
-
-    The columns of a linear body are the same in every step. A body whose columns change with its state, such as a
-    mechanism, gives ``columns``: the loop calls it after `free`, and `derive` after the correction.
-    """
-
-    free: Kernel  # these as in `Step`
-    measure: Kernel
-    parameters: Array
-    state: Array
-    force_response: Array  # (n_ports, n_state) end-of-step state per force constant over the step
-    impulse_response: Array  # (n_ports, n_state) end-of-step state per impulse at the start of the step
-    projection_response: Array  # (n_ports, n_state) end-of-step state per projection
-    jump: Array  # (n_ports, n_dof) velocities per impulse, at once
-    face_rows: Array  # (n_ports, n_dof) rows of the contacts over the displacements, as given to `prepare`
-    derive: Kernel | None = None
-    retime: Kernel | None = None
-    load: slice | None = None  # set where the columns of a linear body are derived again for a step that is cut
-    columns: Kernel | None = None  # columns(parameters, state, jump, responses): rewrite them, flat
-    losses: Losses | None = None
-    whole_momentum: bool = False
 
 
 def stays(ports: Array) -> Stepper:

@@ -8,7 +8,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from impactlab.errors import CaseError, PairingError
-from impactlab.integrators.base import AbstractScheme, Stepper
+from impactlab.integrators.base import AbstractScheme
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.mechanisms import steps
 from impactlab.mechanisms.base import AbstractMechanism, Motion
@@ -29,6 +29,7 @@ from impactlab.numerics.ahead import Kernel
 from impactlab.numerics.compiling import ENTRY
 from impactlab.plugins import kind_of
 from impactlab.scene.bodies import MechanismBody
+from impactlab.stepper import Stepper
 from impactlab.types import Array, Quantity
 
 # Of (highest frequency dt)^2, (largest rate dt)^2 and (largest angular acceleration dt^2); the forms are derived in

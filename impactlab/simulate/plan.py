@@ -12,7 +12,7 @@ import numpy as np
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError
 from impactlab.history.base import Warned
-from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Stepper
+from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.mechanisms.model import MechanismModel, kernels_of
@@ -58,6 +58,7 @@ from impactlab.simulate.planning.preparation import (
 from impactlab.simulate.warnings import ends, probes, sawtooth
 from impactlab.startup.cached import cached_property
 from impactlab.startup.lazy import lazy
+from impactlab.stepper import Stepper
 from impactlab.types import Level, Start
 
 if TYPE_CHECKING:

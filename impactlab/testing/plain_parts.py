@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 
 from impactlab.errors import StepError
-from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.integrators.base import AbstractIntegrator
 from impactlab.simulate.checks import SMALLER_STEP
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.arrays import StepArrays
 from impactlab.simulate.stepping.end_loads import ON_GRID
 from impactlab.simulate.stepping.setup.assembly import Assembly
 from impactlab.simulate.stepping.setup.flat_arrays import dashpots
+from impactlab.stepper import Stepper
 from impactlab.types import Array, Reply
 
 # Columns of a contact: change of the state at the end of the step per unit of each; the last one at once, per impulse.

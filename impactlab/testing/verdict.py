@@ -82,11 +82,13 @@ def find(name: str, registry: Registry) -> tuple[Group, str]:
     if found:
         choices = ", ".join(f"{word(group)}:{plain}" for group in found)
         raise PluginError(f"{plain!r} is the name of several parts", remedy=f"Give one of {choices}.")
-    known = ", ".join(sorted({other for group in groups for other in registry.names(group)}))
-    nearest = closest(plain, [other for group in groups for other in registry.names(group)])
+    known = sorted({other for group in groups for other in registry.names(group)})
+    listed = "`impactlab plugins` lists the installed parts."
+    if len(groups) < len(GROUPS):  # a kind was given
+        listed = f"Installed: {', '.join(known) or 'none of this kind'}."
     raise PluginError(
-        f"{name[:80]!r} is not the name of a part.{nearest}",
-        remedy=f"Install a part of your own first: pip install -e FOLDER. Installed: {known or 'none of this kind'}.",
+        f"{name[:80]!r} is not the name of a part.{closest(plain, known)}",
+        remedy=f"Install a part of your own first: pip install -e FOLDER. {listed}",
     )
 
 

@@ -28,7 +28,7 @@ from impactlab.refine import search, trial
 from impactlab.refine.convergence import Level, Study, finest_error, observed_order
 from impactlab.refine.descriptions import beam_families, rods, suitable
 from impactlab.refine.descriptions.contact_times import rise_time
-from impactlab.refine.descriptions.suitable import for_choice
+from impactlab.refine.descriptions.suitable import in_turn
 from impactlab.refine.errors import level_errors
 from impactlab.refine.errors.distances import counted, difference
 from impactlab.refine.references import converged as converged_reference
@@ -132,7 +132,7 @@ def test_a_mesh_states_an_error_that_it_keeps(mass):
     """An opening falls between steps: two resolutions may agree better than either with the exact answer."""
     for tolerance in (1e-2, 1e-3, 1e-4):
         scene = struck(AdditionDeletion(), tolerance, mass=mass, trips=3.0)
-        exact, *stepped = for_choice(scene)[0]
+        exact, *stepped = in_turn(scene)[0]
         mesh = next(family for family in stepped if family.name.startswith("lumped mesh"))
         _, level = search.Search(scene).best([Study(mesh, mesh.start_for(tolerance))])
         assert level.error <= tolerance
@@ -147,8 +147,8 @@ def test_a_step_load_sends_fronts_as_a_hard_touch_does():
         "s", {"rod": bar}, (), 3 * trip, None, StepRule(points_per_period=10.0), round_trip=trip, model=Continuous()
     )
     loaded = scene.but(tolerance=Tolerance(1e-2))
-    judge = solve(*for_choice(loaded)[0][0].simulation(0))
-    for mesh in for_choice(loaded)[0][1:]:
+    judge = solve(*next(iter(in_turn(loaded)[0])).simulation(0))
+    for mesh in [*in_turn(loaded)[0]][1:]:
         _, level = search.Search(loaded).best([Study(mesh, mesh.start_for(1e-2))])
         assert difference(level.history, judge, *counted(loaded)) <= level.error
 
@@ -304,7 +304,7 @@ def test_the_ladder_is_measured_and_falls():
 
 def test_predictions_fall_with_fineness_and_costs_rise():
     for name in SCENES:
-        families, _ = for_choice(SCENES[name]())
+        families, _ = in_turn(SCENES[name]())
         for family in families:
             if not family.unit:
                 continue
@@ -380,7 +380,7 @@ def test_two_runs_with_the_special_step_do_not_stand_for_each_other():
     heavier = struck(AdditionDeletion(), 1e-2, damping=Rayleigh(mass=500.0), mass=1.02 * 2.133)
     expected = []
     for scene in (damped, heavier):
-        mesh, lucky = (next(f for f in for_choice(s)[0] if f.name.endswith("courant 1")) for s in (damped, scene))
+        mesh, lucky = (next(f for f in in_turn(s)[0] if f.name.endswith("courant 1")) for s in (damped, scene))
         found = Study(mesh, 800, [Level(n, solve(*lucky.simulation(n))) for n in (300, 490, 800)])
         level_errors.estimate_errors(found, scene)
         expected.append(found.levels[-1].error)
@@ -451,7 +451,7 @@ def test_an_exact_choice_marches_once(monkeypatch):
 def test_a_long_march_goes_on_from_its_first_intervals():
     """The same events and the same bits as of a march without a pause."""
     scene = struck(AdditionDeletion(), trips=1e4)
-    exact = for_choice(scene)[0][0]
+    exact = next(iter(in_turn(scene)[0]))
     begun = exact.begun
     assert begun.log.reached < scene.scene.duration
     whole = solve(*exact.simulation(0))

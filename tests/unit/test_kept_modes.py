@@ -13,7 +13,7 @@ from impactlab.bases import shapes
 from impactlab.bases.beams import modes as kept
 from impactlab.bases.beams.waves import BeamNumbers
 from impactlab.models.mesh.beams import BeamMesh
-from impactlab.refine.descriptions.suitable import for_choice
+from impactlab.refine.descriptions.suitable import in_turn
 from impactlab.scene import Beam, BeamSegment, End
 from impactlab.scene.method import Tolerance
 from impactlab.scene.recent import Recent
@@ -87,7 +87,7 @@ def test_the_same_beam_gives_the_same_choice_whatever_is_kept(tolerance):
 def test_as_many_modes_in_two_runs_state_the_error_of_the_others(name):
     """Two runs with as many modes agree on those that both leave out: the flexibility of these is stated instead."""
     asked = physics_of(load_case(CASES / f"{name}.yaml")).but(tolerance=Tolerance(1e-4))
-    modal = next(each for each in for_choice(asked)[0] if each.name.startswith("modes"))
+    modal = next(each for each in in_turn(asked)[0] if each.name.startswith("modes"))
     levels = [modal.min_fineness]
     while levels[-1] < min(modal.max_fineness, 100_000):
         levels.append(min(2 * levels[-1], modal.max_fineness))

@@ -11,7 +11,7 @@ from impactlab import api
 from impactlab.casefile import Case
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Flores, Hertz
-from impactlab.refine.descriptions.suitable import for_choice
+from impactlab.refine.descriptions.suitable import in_turn
 from impactlab.refine.errors import left_out, one_run, smooth_touch
 from impactlab.refine.errors.distances import counted, difference
 from impactlab.scene import Beam, BeamSegment, End, Probe, Rayleigh, Wall
@@ -76,7 +76,7 @@ def test_a_coarse_run_gives_the_fineness_of_the_next_one(law, ends, x, tolerance
 
 def test_a_coarser_run_goes_before_a_long_one():
     """The same blow with long free flight after it: what the tolerance needs is seen by a run of half the steps."""
-    short, long = (for_choice(struck(1e-4, duration=duration))[0][0] for duration in (1e-3, 1e-2))
+    short, long = (next(iter(in_turn(struck(1e-4, duration=duration))[0])) for duration in (1e-3, 1e-2))
     assert short.first_alone(1e-4) == short.fineness_for(1e-4, short.alone)
     assert long.first_alone(1e-4) == pytest.approx(0.5 * short.first_alone(1e-4), abs=1)
     history = api.solve(*struck(1e-4, duration=1e-2))
@@ -128,7 +128,7 @@ def test_damped_beams_take_two_runs(tolerance):
 
 def test_probes_take_two_runs():
     asked = struck(0.1)
-    assert math.isfinite(for_choice(asked)[0][0].alone)
+    assert math.isfinite(next(iter(in_turn(asked)[0])).alone)
     probed = Simulation(*asked.but(probes=(Probe("beam", 0.1, "displacement"),)))
     assert math.isinf(smooth_touch.stated_alone(probed))
     assert len(levels_of(api.solve(*probed))) > 1
@@ -141,7 +141,7 @@ def test_modes_that_cannot_keep_a_tolerance_leave_it_to_others():
     ends = End("spring", 8.55e6, rotational=6.07), End("spring", 3.17e6, rotational=463.0)
     beam, tolerance = Beam("beam", (segment,), *ends, theory="timoshenko"), Tolerance(1e-2, ("displacements",))
     asked = ball_on(beam, 0.171, Hertz(1.6e8), 0.054, mass=3.12, velocity=0.115, tolerance=tolerance)
-    modes = for_choice(asked)[0][0]
+    modes = next(iter(in_turn(asked)[0]))
     assert modes.unseen(modes.max_fineness, None) > 1e-2
     history = api.solve(*asked)
     assert history.choice.met

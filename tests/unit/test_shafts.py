@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 import impactlab as il
 from impactlab.errors import ImpactlabError
-from impactlab.models.building import build_body
 from impactlab.models.continuous import Continuous
 from impactlab.models.modal import Modal
 from impactlab.scene.bodies import End, Rod, Shaft, shaft_end, shaft_segment
+from impactlab.simulate.planning.building import build_body
 
 SHEAR, DENSITY, DIAMETER, LENGTH, ARM = 8.0e10, 7850.0, 0.04, 0.5, 0.25
 POLAR = math.pi * DIAMETER**4 / 32.0

@@ -174,11 +174,12 @@ def name_ends(axes: Axes, ends: Iterable[End]) -> None:
         beside(axes, shortened(end.name), end.colour, at, (min(x, 1.0), y), GAP, linewidth=0.5, alpha=0.7, shrinkB=3.0)
 
 
-def within(heights: Sequence[float], distance: float, low: float = -0.1, high: float = 1.02) -> list[float]:
+def within(heights: Sequence[float], distance: float) -> list[float]:
     """Return sorted heights at least ``distance`` apart, moved little.
 
-    They are kept between two bounds if they fit.
+    They are kept between two bounds if they fit: a little below the axes and above.
     """
+    low, high = -0.1, 1.02
     placed = spread(heights, distance)
     for i, limit in enumerate(high - distance * n for n in range(len(placed))):
         placed[-1 - i] = min(placed[-1 - i], limit)

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, ClassVar, Self
 import numpy as np
 
 from impactlab.errors import CaseError, PairingError
-from impactlab.integrators.base import Kernel, Stepper
 from impactlab.models.base import AbstractDiscreteModel, Operators
 from impactlab.scene.bodies import Beam, End
+from impactlab.stepper import Kernel, Stepper
 from impactlab.types import Array, Ints, Level
 
 if TYPE_CHECKING:

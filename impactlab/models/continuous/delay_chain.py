@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactlab.errors import CaseError
-from impactlab.integrators.base import Stepper
 from impactlab.models.base import Face, Operators
 from impactlab.models.continuous import delay_chain_kernel as chain
 from impactlab.models.continuous.base import (
@@ -27,6 +26,7 @@ from impactlab.printing import at_most
 from impactlab.scene.bodies import End, Segment, WaveBody
 from impactlab.scene.facts import SAME_PLACE
 from impactlab.scene.sizes import check_cells
+from impactlab.stepper import Stepper
 from impactlab.types import Array, Quantity
 
 POINTS = 10  # steps in the period that ``points_per_period`` counts, unless a case gives it

@@ -8,7 +8,6 @@ from typing import final
 import numpy as np
 
 from impactlab.errors import CaseError
-from impactlab.integrators.base import Stepper
 from impactlab.models.base import Operators
 from impactlab.models.continuous.base import MODES, AbstractSelfStepping, stepper_of, under_waves, without_mass
 from impactlab.numerics.sums import sum_of, sum_of_squares
@@ -16,6 +15,7 @@ from impactlab.numerics.windows import window
 from impactlab.printing import at_most
 from impactlab.scene.bodies import End, WaveBody
 from impactlab.scene.sizes import check_cells
+from impactlab.stepper import Stepper
 from impactlab.types import Array, Quantity
 
 

@@ -8,10 +8,10 @@ from typing import final
 import numpy as np
 
 from impactlab.errors import CaseError, PairingError
-from impactlab.integrators.base import Stepper
 from impactlab.models.base import Face, Operators
 from impactlab.models.continuous.base import MODES, AbstractSelfStepping, check_served, stepper_of, without_mass
 from impactlab.scene.bodies import Beam
+from impactlab.stepper import Stepper
 from impactlab.types import Array, Quantity
 
 SPACING = 0.5  # of ln p between two rates of decay: the sum of exponentials is then exact to 1e-8

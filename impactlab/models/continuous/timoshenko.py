@@ -11,7 +11,6 @@ from typing import final
 import numpy as np
 
 from impactlab.errors import CaseError
-from impactlab.integrators.base import Stepper
 from impactlab.models.base import Face, Operators
 from impactlab.models.continuous import timoshenko_kernel as characteristics
 from impactlab.models.continuous.base import (
@@ -29,6 +28,7 @@ from impactlab.numerics.lanes import LANES
 from impactlab.scene.bodies import Beam, End
 from impactlab.scene.problem import Probe
 from impactlab.scene.sizes import check_cells
+from impactlab.stepper import Stepper
 from impactlab.types import QUANTITIES_OF_BEAM, Array, Quantity
 
 MAX_CELLS = 2_000_000  # of one family

@@ -47,17 +47,6 @@ def exact_for(request: Simulation) -> tuple[Description | None, str]:
         return None, error.text
 
 
-def for_choice(
-    request: Simulation, served: tuple[Description | None, str] | None = None
-) -> tuple[list[Description], str]:
-    """Return the descriptions compared, and why a preferred one is not.
-
-    ``served`` as of `in_turn`.
-    """
-    found, why = in_turn(request, served)
-    return list(found), why
-
-
 def in_turn(
     request: Simulation, served: tuple[Description | None, str] | None = None
 ) -> tuple[Iterator[Description], str]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from impactlab.exact import solve as exact
 from impactlab.exact.cost import INTERVAL_S, begin
 from impactlab.history.base import AbstractHistory
-from impactlab.refine.references.reference import find
+from impactlab.refine.references.reference import find, find_exact
 from impactlab.refine.references.reference_record import CONVERGED, FULL_BUDGET_S, Reference
 from impactlab.scene.method import Method, laws_of, theories
 from impactlab.scene.problem import Scene
@@ -103,8 +103,11 @@ def of_plain_run(scene: Scene, method: Method, history: AbstractHistory) -> tupl
         return None, outlook
     if (outlook.about_s or 0.0) > min(MAX_RATIO * run_s(history), MAX_PLAIN_S):
         return None, outlook._replace(status="not_computed")
-    found = find(scene, method, FULL_BUDGET_S if outlook.status == "converged" else math.inf, outlook.status == "exact")
-    if found is None and outlook.status == "exact":  # it ended early
+    if outlook.status == "converged":
+        found = find(scene, method)
+        return found, of(found)
+    found = find_exact(scene, method, math.inf)
+    if found is None:  # it ended early
         outlook = converged_s(scene, method)
         return None, outlook._replace(status="not_computed") if outlook.about_s is not None else outlook
     return found, of(found)

@@ -18,7 +18,7 @@ else:  # with the step loop, which an exact solution does not need
     converged_reference = lazy("impactlab.refine.references.converged")
 
 
-def find(scene: Scene, method: Method, budget: float = FULL_BUDGET_S, exact_only: bool = False) -> Reference | None:
+def find(scene: Scene, method: Method, budget: float = FULL_BUDGET_S) -> Reference | None:
     """Return the exact solution of a scene, else a converged one, else None.
 
     Parameters
@@ -31,21 +31,30 @@ def find(scene: Scene, method: Method, budget: float = FULL_BUDGET_S, exact_only
     budget : float
         Seconds of predicted solving that a converged solution may take (`impactlab.refine.descriptions.cost`): the same
         scene always has the same reference.
-    exact_only : bool
-        Whether None is returned where the exact solver does not apply, or does not come to its end.
+    """
+    if any(theories(scene, method)):
+        return None
+    exact_one = find_exact(scene, method, budget)
+    return converged_reference.converged(scene, method, budget) if exact_one is None else exact_one
+
+
+def find_exact(scene: Scene, method: Method, budget: float = FULL_BUDGET_S) -> Reference | None:
+    """Return the exact solution of a scene, None where there is none or it does not come to its end.
+
+    Arguments as of `find`.
     """
     if any(theories(scene, method)):
         return None
     laws = laws_of(scene, method)
-    if exact.serves(scene, method) is None and _is_affordable(scene, method, budget):
-        name = HARD if all(law.hard for law in laws) else SPRING
-        if any(law.branches() is not None for law in laws):
-            name = BRANCHES
-        try:
-            return Reference(name, exact.solve(scene, method, whole=True))
-        except StepError:  # events accumulate, say: the run itself may be fine
-            pass
-    return None if exact_only else converged_reference.converged(scene, method, budget)
+    if exact.serves(scene, method) is not None or not _is_affordable(scene, method, budget):
+        return None
+    name = HARD if all(law.hard for law in laws) else SPRING
+    if any(law.branches() is not None for law in laws):
+        name = BRANCHES
+    try:
+        return Reference(name, exact.solve(scene, method, whole=True))
+    except StepError:  # events accumulate, say: the run itself may be fine
+        return None
 
 
 def _is_affordable(scene: Scene, method: Method, budget: float) -> bool:

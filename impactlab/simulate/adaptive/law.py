@@ -7,6 +7,7 @@ from typing import Any
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.simulate.planning.preparation import law_raised
+from impactlab.simulate.stepping.ports import fill_instant
 from impactlab.types import MEMORY, Port, Reply, Start
 
 OVERFLOW = 1e150  # N or J: no step that meets it is accepted, and its square is still a number
@@ -32,7 +33,7 @@ class InstantContact:
 
     def __init__(self, law: AbstractContactLaw, contact: str, start: Start, dt: float) -> None:
         self.port, self.reply = Port(), Reply()
-        self.port.dt, self.port.first_weight = dt, 1.0
+        self.port.dt = dt
         self.port.parameters[: len(start.parameters)] = [*start.parameters]
         self.port.memory[: len(start.memory)] = [*start.memory]
         self.closed, self.held = False, 0.0
@@ -47,8 +48,7 @@ class InstantContact:
         so that the solver rejects the step and takes a shorter one.
         """
         port, reply = self.port, self.reply
-        port.gap = port.free_gap = port.acting_gap = port.first_gap = port.last_gap = port.travel_start = gap
-        port.gap_rate = port.free_gap_rate = port.acting_rate = rate
+        fill_instant(port, gap, rate)
         port.in_contact = 1.0 if self.closed else 0.0
         ctypes.memset(ctypes.addressof(reply), 0, ctypes.sizeof(reply))
         ctypes.memmove(self._replied, self._kept, 8 * MEMORY)

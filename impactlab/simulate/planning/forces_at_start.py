@@ -15,6 +15,7 @@ from impactlab.mechanisms.model import MechanismModel
 from impactlab.scene.problem import Point, Scene
 from impactlab.simulate.planning.model_shapes import checked_row
 from impactlab.simulate.planning.preparation import BuiltBody
+from impactlab.simulate.stepping.ports import fill_instant
 from impactlab.types import Port, Reply, Start
 
 
@@ -35,11 +36,10 @@ class ClosedAtStart(NamedTuple):
         It is zero where the law fails, as the first step then states.
         """
         port, reply = Port(), Reply()
-        port.dt, port.first_weight, port.in_contact = dt, 1.0, 1.0
+        port.dt, port.in_contact = dt, 1.0
         port.parameters[: len(self.start.parameters)] = [*self.start.parameters]
         port.memory[: len(self.start.memory)] = [*self.start.memory]
-        port.gap = port.free_gap = port.acting_gap = port.first_gap = port.last_gap = port.travel_start = self.gap
-        port.gap_rate = port.free_gap_rate = port.acting_rate = self.rate
+        fill_instant(port, self.gap, self.rate)
         try:
             type(self.law).respond(port, reply)
         except Exception:  # noqa: BLE001 - a law may raise anything; it does so again in the first step

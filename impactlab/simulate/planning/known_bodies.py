@@ -11,12 +11,13 @@ import math
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
-from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.base import AbstractRodModel, Face
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 from impactlab.simulate.planning.preparation import BuiltBody, faces_of
+from impactlab.stepper import Stepper
 
 MAX_COMPARED = 100  # bodies of a scene: of more, as in rows of beads, like ones share their matrices in any case
 

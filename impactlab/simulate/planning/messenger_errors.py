@@ -8,11 +8,11 @@ import numpy as np
 
 from impactlab.errors import PairingError
 from impactlab.history.base import Warned
-from impactlab.integrators.base import Stepper
 from impactlab.models.messengers import miss
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Point, Scene
 from impactlab.simulate.planning.preparation import BuiltBody, face_read, facts_of
+from impactlab.stepper import Stepper
 from impactlab.types import Arriving, Start
 
 ERROR_WARN = 0.01  # relative error of messengers against the free motion of the modes

@@ -12,10 +12,11 @@ import numpy as np
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError
 from impactlab.history.base import Warned
-from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.integrators.base import AbstractIntegrator
 from impactlab.plugins import kind_of
 from impactlab.scene.problem import Scene
 from impactlab.simulate.planning.preparation import BuiltBody
+from impactlab.stepper import Stepper
 
 REMEDY = "Give a smaller step, or integrator midpoint, moreau_jean or generalised_alpha."
 

@@ -11,10 +11,9 @@ import numpy as np
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, ImpactlabError, PairingError, StepError, raised_at
-from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.integrators.base import AbstractIntegrator
 from impactlab.mechanisms.model import MechanismModel
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators, Phases
-from impactlab.models.building import build_body
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
 from impactlab.printing import at_most
@@ -23,7 +22,9 @@ from impactlab.scene.facts import facts_at
 from impactlab.scene.method import Method, side_facts
 from impactlab.scene.precision import beyond, check_finite, in_precision
 from impactlab.scene.problem import Contact, Point, Scene
+from impactlab.simulate.planning.building import build_body
 from impactlab.simulate.planning.model_shapes import check_operators, checked_row
+from impactlab.stepper import Stepper
 from impactlab.types import MEMORY, PARAMETERS, READINGS, Array, Arriving, Quantity, Reading, SideFacts, Start
 
 

@@ -1,6 +1,6 @@
-"""Gap, rate and travel of a port where the force of a step acts.
+"""Gap, rate and travel of a port where the force of a step acts, or of a port at one instant.
 
-They follow from the load point of the scheme.
+In a step they follow from the load point of the scheme.
 """
 
 from __future__ import annotations
@@ -60,6 +60,16 @@ def fill_acting_push(port: Port, load_point: float) -> None:
     port.acting_pushed_per_force = load_point * port.pushed_per_force
     port.acting_pushed_per_push = load_point * port.pushed_per_push
     port.acting_gap_per_push = load_point * port.gap_per_push
+
+
+def fill_instant(port: Port, gap: float, rate: float) -> None:
+    """Fill a port for a law that is evaluated at one instant, outside of compiled code.
+
+    All of its gaps [m] and rates [m/s] are those of the instant; compliances are left at zero.
+    """
+    port.first_weight = 1.0
+    port.gap = port.free_gap = port.acting_gap = port.first_gap = port.last_gap = port.travel_start = gap
+    port.gap_rate = port.free_gap_rate = port.acting_rate = rate
 
 
 @INLINE

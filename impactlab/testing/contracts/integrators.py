@@ -8,16 +8,18 @@ from typing import ClassVar
 import numpy as np
 
 from impactlab.errors import PairingError
-from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Problem, Stepper
+from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Problem
 from impactlab.models.base import AbstractRodModel, Operators
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.numerics.banded import full, multiply, solve
 from impactlab.scene.bodies import End, Rod
+from impactlab.stepper import Stepper
 from impactlab.testing.contracts.common import PIECE, at_most, described
 from impactlab.types import Array
 
 GROWING = 500  # steps of a free motion whose growth is looked at
+PUSHED = 20  # random steps under a contact force, each from another state
 
 
 def face_row(system: Operators) -> Array:
@@ -25,11 +27,32 @@ def face_row(system: Operators) -> Array:
     return np.cos(np.arange(system.load.size))
 
 
-def stepped(stepper: Stepper, state: Array) -> Array:
-    """Return the state after one step without contact."""
+def stepped(stepper: Stepper, state: Array, force: float = 0.0) -> Array:
+    """Return the state after one step under a contact force [N] on the first port."""
     after = state.copy()
     stepper.free(stepper.parameters, after)
-    return after
+    return after + force * stepper.force_response[0] if force else after
+
+
+def free_mass(load: float, velocity: float) -> Operators:
+    """Return a mass of 2 kg in one coordinate, under a constant load [N] from t = 0."""
+    one = np.ones((1, 1))
+    start = np.array([load]), np.zeros(1), np.array([velocity])
+    return Operators(2.0 * one, 0.0 * one, 0.0 * one, *start, 0.0, 0.0, True, True)
+
+
+def energy_of(stepper: Stepper, state: Array) -> float:
+    """Return the energy [J] that a scheme measures."""
+    out = np.zeros(3)
+    stepper.measure(stepper.parameters, state, out)
+    return float(out[0])
+
+
+def momentum_of(stepper: Stepper, state: Array) -> float:
+    """Return the momentum [N s] of `free_mass` as a run reads it."""
+    out = np.zeros(3)
+    stepper.measure(stepper.parameters, state, out)
+    return float(out[2] if stepper.whole_momentum else 2.0 * state[1] + out[2])
 
 
 class IntegratorContract:
@@ -131,6 +154,85 @@ class IntegratorContract:
             # One step of six coordinates in two orders: some ten roundings of the largest.
             size = float(np.max(np.abs(other[part])))
             at_most(float(np.max(np.abs(one[part] - other[part]))), 1e-13 * size, "the difference of both states")
+
+    def test_its_velocities_belong_to_the_declared_point_of_the_step(self) -> None:
+        """Compare them with v0 + a t: a scheme of second order is exact at a constant acceleration."""
+        if self.part.order < 2:
+            return  # half a step is within its error
+        dt, steps, start, rate = 0.1, 5, 0.7, 1.5
+        stepper = self.part.prepare(free_mass(2.0 * rate, start), np.ones((1, 1)), dt)
+        state = stepper.state.copy()
+        for _ in range(steps):
+            state = stepped(stepper, state)
+        point = (float(state[1]) - start) / (rate * dt) - (steps - 1)
+        # Rounding of a few steps, over a step's change of the velocity.
+        text = f"velocity_point is {self.part.velocity_point:g}, but at a constant acceleration the velocity after"
+        assert abs(point - self.part.velocity_point) < 1e-9, f"{text} a step is that at {point:.4g} of it"
+
+    def test_it_kicks_then_drifts_if_declared(self) -> None:
+        """Rows of beads are stepped by these formulas in place of its code."""
+        if not self.part.kicks_then_drifts:
+            return
+        dt, force, load = 0.1, 5.0, 3.0
+        stepper = self.part.prepare(free_mass(load, 0.7), np.ones((1, 1)), dt)
+        before = stepper.state.copy()
+        after = stepped(stepper, before, force)
+        kicked = before[1] + dt * (force + load) / 2.0
+        # Two products and two sums.
+        text = "kicks_then_drifts is True, but a step of a free mass under F is not v += dt F/m, then u += dt v"
+        assert abs(after[1] - kicked) < 1e-14, text
+        assert abs(after[0] - before[0] - dt * kicked) < 1e-14, text
+        assert self.part.load_point == 0.0, "kicks_then_drifts: its force acts at the start, load_point = 0"
+
+    def test_a_force_and_an_impulse_give_their_momentum(self) -> None:
+        dt, steps, force, impulse = 0.1, 5, 5.0, 3.0
+        stepper = self.part.prepare(free_mass(0.0, 0.7), np.ones((1, 1)), dt)
+        start = momentum_of(stepper, stepper.state)
+        struck = stepped(stepper, stepper.state) + impulse * stepper.impulse_response[0]
+        pushed = stepper.state.copy()
+        for _ in range(steps):
+            pushed = stepped(stepper, pushed, force)
+        for state, given, name in ((struck, impulse, "an impulse"), (pushed, steps * dt * force, "a force")):
+            if name == "a force" and self.part.momentum_point is not None:
+                continue  # its momentum includes impulses still to come, which follow the force
+            error = abs(momentum_of(stepper, state) - start - given)
+            at_most(error, 1e-13 * given, f"the error of the momentum given by {name} [N s]")
+
+    def excess(self, load_point: float) -> float:
+        """Return the largest gain of energy beyond the work of a force, over the energy.
+
+        ``load_point`` is the place in the step to which the work belongs: a force at the start works over half of the
+        steps before and after it, with their velocities, any other over the path of the face.
+        """
+        system, dt, random = self.system(), 0.3 / self.modes()[0][-1], np.random.default_rng(7)
+        row, n_dof, gains = face_row(system), system.load.size, []
+        answer = float(row @ solve(system.mass, row))
+        for _ in range(PUSHED):
+            begun = random.normal(size=n_dof), random.normal(size=n_dof) * 0.3 / dt
+            stepper = self.part.prepare(system._replace(displacement=begun[0], velocity=begun[1]), row[None, :], dt)
+            state = stepped(stepper, stepped(stepper, stepper.state))
+            size = float(np.linalg.norm(state[n_dof : 2 * n_dof])) / dt / math.sqrt(answer)
+            force = 0.1 * size * float(random.normal())
+            after, energy = stepped(stepper, state, force), energy_of(stepper, state)
+            faces = [(row @ each[:n_dof], row @ each[n_dof : 2 * n_dof]) for each in (state, after)]
+            (u, v), (u_after, v_after) = faces
+            path = 0.5 * dt * (v + v_after) if load_point == 0.0 else u_after - u
+            allowed = force * path + self.part.force_gain * (dt * force) ** 2 * answer
+            gains.append((energy_of(stepper, after) - energy - allowed) / energy)
+        return float(max(gains))
+
+    def test_a_force_adds_no_more_than_its_work(self) -> None:
+        """Compare the work over the path that the loop books for the declared `load_point`."""
+        found = self.excess(self.part.load_point)
+        # Rounding of products of six coordinates, each with the square of the state.
+        if found <= 1e-12:
+            return
+        declared = f"load_point = {self.part.load_point:g}"
+        text = f"a contact force adds {found:.3g} of the energy beyond its work, with {declared}"
+        assert self.part.gains_energy > 0.0, f"{text}, and gains_energy is 0"
+        if self.part.order < 2:  # a false point leaves the order of any other scheme at one
+            other = 0.5 if self.part.load_point == 0.0 else 0.0
+            assert self.excess(other) > 1e-12, f"{text}, and nothing with {other:g}"
 
     def test_projection_moves_displacements_and_what_follows_from_them(self) -> None:
         system, dt = self.system(), 0.3 / self.modes()[0][-1]

@@ -13,6 +13,7 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.numerics.addresses import COMPILED
 from impactlab.numerics.compiling import plain
 from impactlab.numerics.law_address import LawAddress
+from impactlab.simulate.adaptive.law import InstantContact
 from impactlab.simulate.planning.preparation import fault_of_start
 from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push
 from impactlab.testing.contracts.common import PIECE, PORTS, at_most, described
@@ -120,6 +121,7 @@ class LawContract:
             kind.two_sided,
             kind.moves_faces,
             kind.zero_apart,
+            kind.acts_at_start,
         ):
             assert isinstance(fact, bool)
         assert kind.gains_energy >= 0.0
@@ -185,6 +187,42 @@ class LawContract:
             at_most(abs(reply.force - expected), 1e-12 * expected, "the force [N] less K d^n")
             assert reply.impulse == reply.projection == reply.push == 0.0
             assert reply.dissipated == 0.0
+
+    def test_its_spring_is_its_reply(self) -> None:
+        """Compare the signed force of closed faces at one instant with k d + c d', which the exact solver uses."""
+        sides, kind = self.sides(), type(self.part)
+        spring = self.part.spring(*sides, self.dt)
+        if spring is None:
+            return
+        stiffness, damping = spring
+        contact = InstantContact(self.part, "a|b", kind.begin(self.part, *sides, self.dt), self.dt)
+        random = np.random.default_rng(14)
+        contact.close(0.0, -1.0, 1e-12)
+        for _ in range(PORTS):
+            overlap, rate = float(random.uniform(0.0, 1e-5)), float(random.normal())
+            found = contact.evaluate(-overlap, -rate).trial
+            size = stiffness * overlap + damping * abs(rate)
+            text = f"the trial force [N] less that of its `spring`, {stiffness:.4g} N/m and {damping:.4g} N s/m,"
+            at_most(abs(found - stiffness * overlap - damping * rate), 1e-12 * size, text)
+
+    def test_a_smooth_force_is_that_of_an_instant_if_declared(self) -> None:
+        """Check that the force of closed faces depends on no step length and on no earlier evaluation.
+
+        Adaptive solvers evaluate it at any instant, often, and keep its memory at the ends of steps.
+        """
+        if not self.part.smooth:
+            return
+        start, random = type(self.part).begin(self.part, *self.sides(), self.dt), np.random.default_rng(15)
+        one, other = (InstantContact(self.part, "a|b", start, dt) for dt in (self.dt, 3.7 * self.dt))
+        for contact in (one, other):
+            contact.close(0.0, -1.0, 1e-12)
+        for _ in range(PORTS):
+            gap, rate = -float(random.uniform(0.0, 1e-5)), float(random.normal())
+            first = one.evaluate(gap, rate).trial
+            one.carry(gap, rate)
+            for name, again in (("again", one), ("with another dt", other)):
+                change = abs(again.evaluate(gap, rate).trial - first)
+                at_most(change, 1e-12 * abs(first), f"smooth: the change of its force [N] where it is evaluated {name}")
 
     def test_apart_its_reply_is_zero_if_declared(self) -> None:
         """Check that the reply is zero in steps that begin and end apart.

@@ -11,8 +11,8 @@ from impactlab.bases.beams.modes import BeamModes
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
 from impactlab.models.continuous.base import AbstractSelfStepping
-from impactlab.numerics.banded import full, solve
-from impactlab.scene.bodies import Beam, End, Rod
+from impactlab.numerics.banded import full, grounded, solve
+from impactlab.scene.bodies import Beam, End, Rod, Rotation
 from impactlab.testing.contracts.common import BAR, PIECE, STRUCK, at_most, described
 from impactlab.types import Array
 
@@ -59,14 +59,14 @@ class RodModelContract:
         described(self.part)
         assert 0.0 < self.part.element_length(self.rod()) <= PIECE.length
 
-    def test_a_body_that_steps_by_itself_takes_the_momentum_and_the_work_of_a_push(self) -> None:
+    def test_if_it_steps_by_itself_it_takes_the_momentum_and_the_work_of_a_push(self) -> None:
         model = self.built()
         if isinstance(model, AbstractSelfStepping):
             takes_a_push(model, 0.0)
         else:
             assert model.operators().load.size > 0
 
-    def test_a_rod_of_segments_that_steps_by_itself_takes_those_of_a_push_inside(self) -> None:
+    def test_of_segments_it_takes_those_of_a_push_inside_or_refuses_them(self) -> None:
         """A model without segments or inner contacts refuses them with a remedy."""
         segments = PIECE, dataclasses.replace(PIECE, length=0.2, area=1.5 * PIECE.area)
         body, x = Rod("rod", segments, End("free"), End("free")), 0.1
@@ -108,7 +108,7 @@ class RodModelContract:
             lowest = float(np.linalg.eigvalsh(stiffness)[0])
             at_most(-lowest, 1e-12 * float(np.max(np.abs(stiffness))), "minus the least eigenvalue of the stiffness")
 
-    def test_a_free_rod_that_moves_as_a_whole(self) -> None:
+    def test_a_free_rod_moves_as_a_whole(self) -> None:
         model = self.in_coordinates(velocity=1.0)
         if model is None:
             return
@@ -178,6 +178,42 @@ class RodModelContract:
             at_most(error, self.frequency_error, f"the relative error of the first frequencies, {right} at the right,")
             at_most(frequencies[-1], system.highest_frequency * (1.0 + 1e-9), HIGHEST)
 
+    def test_it_is_the_same_for_any_partner_if_declared(self) -> None:
+        """A run takes such bodies from the one before it, where only the mass of a striker differs."""
+        if self.part.reads_partners or isinstance(self.built(), AbstractSelfStepping):
+            return
+        heavier = STRUCK[0]._replace(partner_mass=3.0 * PIECE.mass)
+        one, other = (self.part.build(self.rod(), 0.0, (face,)) for face in (*STRUCK, heavier))
+        text = "reads_partners is False, but with another mass that strikes the rod its {} differs"
+        for name in ("mass", "damping", "stiffness", "velocity"):
+            same = np.array_equal(getattr(one.operators(), name), getattr(other.operators(), name))
+            assert same, text.format(name)
+        rows = one.row(0.0, "displacement"), other.row(0.0, "displacement")
+        assert np.array_equal(rows[0], rows[1]), text.format("row")
+
+    def test_a_rod_that_turns_is_softened_if_declared(self) -> None:
+        """Compare squared frequencies: rotation takes its rate squared from each (the motion is along the radius)."""
+        from scipy.linalg import eigh
+
+        if not self.part.serves_rotation:
+            return
+        still = self.built("clamped").operators()
+        turned = dataclasses.replace(self.rod("clamped"), rotation=Rotation(0.1 * PIECE.wave_speed / PIECE.length))
+        system = self.part.build(turned, 0.0, STRUCK).operators()
+        one, other = (eigh(full(each.stiffness), full(each.mass), eigvals_only=True) for each in (still, system))
+        error = float(np.max(np.abs(one[:3] - other[:3] - turned.softening)))
+        # Static shapes of a basis change with the rotation, and the frequencies of a reduction with them by far less.
+        text = (
+            "serves_rotation: the error of the first squared frequencies, those at rest less the rate squared, [1/s2]"
+        )
+        at_most(error, 1e-3 * turned.softening, text)
+        ground, stated = grounded(system.stiffness), system.springs_to_ground()
+        at_most(
+            float(np.max(np.abs(ground - stated))),
+            1e-9 * float(np.max(np.abs(system.stiffness))),
+            "serves_rotation: the error of `springs_to_ground` [N/m]",
+        )
+
     def test_nothing_is_left_out_of_a_complete_model(self) -> None:
         for right in ("free", "clamped") if self.complete else ():
             model = self.built(right)
@@ -201,7 +237,7 @@ class RodModelContract:
         assert model is not None or remedy, "a model without beams refuses with a remedy"
         return None if isinstance(model, AbstractSelfStepping) else model
 
-    def test_a_free_beam_that_moves_as_a_whole(self) -> None:
+    def test_a_free_beam_moves_as_a_whole_or_beams_are_refused(self) -> None:
         model = self.beam("free", "free", gravity=9.81, speed=1.0)
         if model is None:
             return
@@ -218,7 +254,7 @@ class RodModelContract:
             turned = abs(float(model.row(float(x), "rotation") @ system.velocity)) * BAR.length
             at_most(turned, 1e-7, f"the rate of rotation at x = {x:.4g} m, times the length [m/s]")
 
-    def test_a_beam_pushed_slowly_bends_and_shears(self) -> None:
+    def test_a_beam_pushed_slowly_bends_and_shears_or_beams_are_refused(self) -> None:
         model = self.beam("free", "clamped")
         if model is None:
             return
@@ -236,7 +272,7 @@ class RodModelContract:
             shear = float(model.row(float(x), "shear_force") @ still) + model.left_out(float(x), "shear_force", 0.0)
             at_most(abs(abs(shear) - 1.0), 1e-6, f"the error of the shear force 1 N at x = {x:.4g} m")
 
-    def test_its_lowest_frequencies_are_those_of_the_beam(self) -> None:
+    def test_its_lowest_frequencies_are_those_of_the_beam_or_beams_are_refused(self) -> None:
         from scipy.linalg import eigh
 
         for left, right in (("free", "free"), ("free", "clamped"), ("pinned", "pinned")):

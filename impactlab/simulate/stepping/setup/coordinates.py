@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.base import AbstractDiscreteModel
 from impactlab.simulate.channels import Probed
 from impactlab.simulate.planning.model_shapes import checked_row
@@ -21,6 +21,7 @@ from impactlab.simulate.planning.preparation import (
 )
 from impactlab.simulate.stepping.setup.flat_arrays import flat, jumps_and_loads, responses_of, sparse
 from impactlab.simulate.stepping.setup.layout import MOTION, Layout
+from impactlab.stepper import Stepper
 from impactlab.types import Array, Arriving, Ints, Quantity
 
 Models = Mapping[str, AbstractDiscreteModel]  # by name of the body

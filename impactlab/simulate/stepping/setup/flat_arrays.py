@@ -9,8 +9,9 @@ import numpy as np
 from numpy import bool_
 from numpy.typing import NDArray
 
-from impactlab.integrators.base import Stepper, loads_of
+from impactlab.integrators.base import loads_of
 from impactlab.models.base import Operators
+from impactlab.stepper import Stepper
 from impactlab.types import Array, Ints
 
 
