@@ -57,7 +57,7 @@ def test_beam_waves_at_rest_are_those_of_the_theory(segment: BeamSegment) -> Non
 
 @pytest.mark.parametrize("k", [1e-3, 1e-2, 0.1])
 def test_the_longest_waves_of_a_sheared_beam_are_those_of_a_slender_one(k: float) -> None:
-    """Shear and rotary inertia change them by (E I/S + I/A) k^2; rounding gave group speeds 3 % off at k = 1e-3."""
+    """Shear and rotary inertia change them by (E I/S + I/A) k^2; rounding gave a group speed 28 % off at k = 1e-3."""
     change = (SHEARED.bending_stiffness / SHEARED.shear_stiffness + SHEARED.inertia / SHEARED.area) * k**2
     slender = 2.0 * math.sqrt(SHEARED.bending_stiffness / (SHEARED.density * SHEARED.area)) * k
     assert dispersion.beam(SHEARED, 0.0, "flap").group_speed(k) == pytest.approx(slender, rel=2.0 * change + 1e-9)
