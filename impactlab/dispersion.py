@@ -134,10 +134,10 @@ def beam(segment: BeamSegment, rate: float, plane: Literal["chord", "flap"], ten
         if math.isinf(shear):
             stiff = bending * square**2 + tension * square - mass * moved - rotary * square * turned
             return np.asarray(stiff / (mass + rotary * square))
-        # (rho A w^2 - a)(rho I w^2 - b) = S^2 k^2
-        a = (shear + tension) * square - mass * moved
-        b = bending * square + shear - rotary * turned
-        half, product = 0.5 * (a * rotary + b * mass), mass * rotary * (a * b - shear**2 * square)
+        # (rho A w^2 - S k^2 - a)(rho I w^2 - S - b) = S^2 k^2; of long waves S^2 k^2 is nearly all of the product
+        a, b = tension * square - mass * moved, bending * square - rotary * turned
+        half = 0.5 * ((shear * square + a) * rotary + (shear + b) * mass)
+        product = mass * rotary * (shear * (square * b + a) + a * b)
         return np.asarray(product / (half + np.sqrt(half**2 - product)) / (mass * rotary))
 
     return Dispersion(squared)

@@ -180,8 +180,12 @@ class Problem:
         return trials_of(case, self.parameters, [signal.channel for signal in experiment.signals], history)
 
     def _check_moved(self) -> None:
-        """Raise `CaseError` for a signal that no parameter moves."""
+        """Raise `CaseError` for a signal that no parameter moves, and the error of a case that cannot be run."""
         start = self.start()
+        if self.means(start) is None:
+            for case in self.cases(start):
+                with api.warnings_kept():
+                    api.run(case)
         jacobian, at = self.jacobian(start, both_sides=not self.is_quick), 0
         for number, (each, mean) in enumerate(zip(self.measured, self.means(start) or [], strict=True)):
             rows = jacobian[at : at + each.kept, : len(self.parameters)]

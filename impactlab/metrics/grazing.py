@@ -109,7 +109,8 @@ def _missed_contact(
         # are ripples of faces that have hardly parted.
         near = inner[(gap[inner] >= 0.0) & (gap[inner] < MAX_NEAR_GAP * largest[inner])]
         if len(near):
-            near = near[largest[near] > MIN_FLIGHT * history.largest(f"gap:{contact_name}")]
+            widest = max(MIN_FLIGHT * history.largest(f"gap:{contact_name}"), _rounding(history))
+            near = near[largest[near] > widest]
         if len(near):
             i = int(near[0])
             share = 100.0 * gap[i] / largest[i]
@@ -118,6 +119,12 @@ def _missed_contact(
                 "without touching; a small change of the case or of the method may add a contact"
             )
     return None
+
+
+def _rounding(history: AbstractHistory) -> float:
+    """Return the gap of faces at rest against each other that rounding alone may give [m]."""
+    scene = history.scene
+    return MIN_GAP * history.duration * (scene.fastest + field_acceleration(scene) * history.duration)
 
 
 def _most_samples(periods: Sequence[tuple[float, float]]) -> int:
@@ -140,8 +147,7 @@ def _slow_meeting(
     history: AbstractHistory, contact_name: str, periods: Sequence[tuple[float, float]], round_trip: float, dt: float
 ) -> str | None:
     """Return a text on the first contact whose faces come to rest together, or None."""
-    before, scene = 0.0, history.scene
-    least = MIN_GAP * history.duration * (scene.fastest + field_acceleration(scene) * history.duration)
+    before, least = 0.0, _rounding(history)
     most = _most_samples(periods)
     for start, end in periods:
         begin, before = before, end

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from impactlab.errors import CaseError
 from impactlab.printing import aligned, plain
 from impactlab.sweeps.sampled import is_sampled
@@ -65,7 +67,12 @@ class Uncertainty:
         if not of:
             raise KeyError(contact)
         same = [each.probability for each in of if each.number == number and each.contact == of[0].contact]
-        return same[0] if same else unseen(self.samples)
+        return same[0] if same else unseen(self._known(of[0].contact))
+
+    def _known(self, contact: str) -> int:
+        """Return the number of samples that have a number of periods of a contact."""
+        values = self.data["contacts"].sel(contact=contact).values[self.data["block"].values == 0]
+        return int(np.count_nonzero(np.isfinite(values)))
 
     def index(self, quantity: str, parameter: str, label: str = "") -> Index:
         """Return the Sobol indices of a quantity by an uncertain number.

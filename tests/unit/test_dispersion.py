@@ -55,6 +55,14 @@ def test_beam_waves_at_rest_are_those_of_the_theory(segment: BeamSegment) -> Non
     assert_allclose(still.group_speed(K), 2.0 * still.phase_speed(K), rtol=1e-9)
 
 
+@pytest.mark.parametrize("k", [1e-3, 1e-2, 0.1])
+def test_the_longest_waves_of_a_sheared_beam_are_those_of_a_slender_one(k: float) -> None:
+    """Shear and rotary inertia change them by (E I/S + I/A) k^2; rounding gave a group speed 28 % off at k = 1e-3."""
+    change = (SHEARED.bending_stiffness / SHEARED.shear_stiffness + SHEARED.inertia / SHEARED.area) * k**2
+    slender = 2.0 * math.sqrt(SHEARED.bending_stiffness / (SHEARED.density * SHEARED.area)) * k
+    assert dispersion.beam(SHEARED, 0.0, "flap").group_speed(k) == pytest.approx(slender, rel=2.0 * change + 1e-9)
+
+
 @pytest.mark.parametrize("plane", ["chord", "flap"])
 def test_a_sheared_beam_that_turns_satisfies_both_of_its_equations(plane: str) -> None:
     """Deflection: rho A (w^2 + Omega^2 of the chord) W = ...; rotation: rho I (w^2 + Omega^2 of the flap) R = ..."""

@@ -116,6 +116,16 @@ def test_a_capacity_that_no_signal_determines_has_no_narrow_interval() -> None:
     assert (found.capacity.lower, found.capacity.upper) == (0.0, np.inf)
 
 
+def test_a_match_names_the_reason_why_its_case_cannot_be_run() -> None:
+    """It ended with "zip() argument 2 is shorter than argument 1"."""
+    case = il.load_case("measured_head").with_(
+        "solve", in_steps(0.02, "central_difference", mesh(10, "consistent"), courant=0.5)
+    )
+    given = recorded()
+    with pytest.raises(il.PairingError, match="'central_difference' needs a diagonal mass"):
+        match(case, given["time"], given["force"], given["velocity"], ["toe.capacity"])
+
+
 def test_a_match_refuses_times_in_milliseconds() -> None:
     """It warned of them, and went on with runs of a thousand times the length, for minutes."""
     given = recorded(time=lambda t: 1e3 * t)

@@ -77,6 +77,16 @@ def test_a_continuous_rod_needs_no_probe() -> None:
     assert found.item() == pytest.approx(2.0 * tension(0.55) / SPEED, rel=1e-9)
 
 
+def test_the_end_of_a_rod_has_its_channel_for_any_length() -> None:
+    """The name has six digits: "x = 12.3457 m lies outside the body 'rod'. Allowed: 0 to 12.3457 m"."""
+    name, hard = "max(velocity:rod@12.3457)", {"law": {"kind": "addition_deletion"}}
+    contacts = [{"between": ["hammer", "rod.left"], **hard}, {"between": ["rod.right", "wall"], "gap": "1 m", **hard}]
+    walled = case().with_("bodies.wall", {"kind": "wall"}).with_("contacts", contacts)
+    struck = walled.with_settings({"bodies.rod.length": 12.3456789, "solve.duration": 1.5 * 12.3456789 / SPEED})
+    found = il.sweep(struck, {VELOCITY: [2.0]}, quantities=name)[name]
+    assert found.item() == pytest.approx(4.0, rel=1e-9)  # a free end moves with twice the velocity of the wave
+
+
 def test_a_mesh_has_the_channels_of_its_probes_alone() -> None:
     with pytest.raises(il.CaseError, match=r"no run has the channel 'strain:rod@0.55'"):
         il.sweep(case(MESH), {VELOCITY: [2.0]}, quantities="max(strain:rod@0.55)")

@@ -138,6 +138,8 @@ def test_points_without_values_stop_the_indices_and_are_named(case):
     values = found.data["peak_force"].values[:64, 0]
     assert peak.samples == np.count_nonzero(np.isfinite(values)) < 64
     assert peak.mean.value == pytest.approx(np.nanmean(values))
+    unseen = found.probability(7)  # beyond it less than 0.025 of so many samples with a value would show it never
+    assert (1.0 - unseen.upper) ** peak.samples == pytest.approx(0.025)
     left = il.uncertainty(case, vary, ["peak_force"], samples=64, failed="leave_out")
     assert all(math.isfinite(index.total.lower) for index in left.indices)
     assert left.index("peak_force", SPEED).total.value > 0.8

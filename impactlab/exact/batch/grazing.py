@@ -123,6 +123,7 @@ def grazes(m: MarchArrays, c: int, spans: Array, count: int, trip: float, period
     This is the number of periods of contact. ``periods`` and ``gap`` are room for the periods and for samples.
     """
     duration, widest = m.state[0].duration, -1.0
+    rounding = MIN_GAP * m.state[0].fastest * duration
     found = write_merged_periods(spans, count, c, periods)
     most = min(float(MAX_SAMPLES), float(MAX_RUN_SAMPLES // max(1, found)))
     for k in range(found):
@@ -134,7 +135,7 @@ def grazes(m: MarchArrays, c: int, spans: Array, count: int, trip: float, period
         if start - begin > MIN_CONTACT * trip:
             samples = samples_of(start - begin, trip, MIN_SAMPLES + most)
             sample_gap(m, c, begin, start, samples, gap)
-            if meets_slowly(gap, samples, MIN_GAP * m.state[0].fastest * duration):
+            if meets_slowly(gap, samples, rounding):
                 return True
         begin = min(periods[k, STOP], duration)
     for k in range(found):
@@ -144,13 +145,13 @@ def grazes(m: MarchArrays, c: int, spans: Array, count: int, trip: float, period
             continue
         samples = samples_of(until - end, trip, most)
         sample_gap(m, c, end, until, samples, gap)
-        if nearest(gap, samples, 0.0) > 0.0:
+        if nearest(gap, samples, rounding) > 0.0:
             if widest < 0.0:
                 sample_gap(m, c, 0.0, duration, WIDEST_SAMPLES, gap)
                 widest = gap[0]
                 for i in range(1, WIDEST_SAMPLES):
                     widest = max(widest, gap[i])
                 sample_gap(m, c, end, until, samples, gap)
-            if nearest(gap, samples, MIN_FLIGHT * widest) > 0.0:
+            if nearest(gap, samples, max(rounding, MIN_FLIGHT * widest)) > 0.0:
                 return True
     return False
