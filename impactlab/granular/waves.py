@@ -88,7 +88,18 @@ class LeadingWave:
             Of each bead [kg].
         over : int
             Contacts of a stretch; F is the mean of its largest forces.
+
+        Raises
+        ------
+        ImpactlabError
+            If the wave has no such stretch.
         """
+        most = self.times.size - 1
+        if not 1 <= over <= most:
+            allowed = f"a whole number from 1 to {most}" if most > 0 else "a wave at two contacts or more"
+            raise ImpactlabError(
+                f"over is {over}. Allowed: {allowed}", remedy="Give a shorter stretch, or a wave at more contacts."
+            )
         speeds = over / (self.times[over:] - self.times[:-over])
         sums = np.concatenate(([0.0], np.cumsum(self.forces)))
         means = (sums[over + 1 :] - sums[: -over - 1]) / (over + 1)
