@@ -128,7 +128,7 @@ def test_a_wave_is_read_between_the_records() -> None:
     wave = leading_wave(history, [contact.name for contact in history.scene.contacts][:-4])
     assert wave.speed(10, -1) == pytest.approx(wave_speed(stiffness, mass, float(wave.forces[15])), rel=1e-4)
     for over in (0, len(wave.contacts)):
-        with pytest.raises(ImpactlabError, match=f"over is {over}. Allowed: a whole number from 1 to 20\n"):
+        with pytest.raises(ImpactlabError, match=f"over is {over}. Allowed: a whole number from 1 to 19\n"):
             wave.factors(stiffness, mass, over)
     # Records 8 us apart, two for each contact passed: the peaks lie between them, on the cubics.
     coarse = leading_wave(history_of(duration=8e-4, records=100), wave.contacts)
