@@ -54,6 +54,7 @@ class JunctionRecord(ctypes.Structure):
     records: int  # so far
     bursts: int  # events in the present series
     broken: int  # 1 from an event on until the next piece
+    shifted: float  # m, by which short intervals that the last piece has absorbed may have moved nodes
     clock: float  # s, time reached
     burst: float  # s, start of the present series of events
     nodes: int  # how many

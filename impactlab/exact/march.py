@@ -33,6 +33,7 @@ from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_INLINE, EXACT_PART
 from impactlab.numerics.windows import window
 from impactlab.types import Array
 
+WAVE_TOL = 1.1e-16  # of the sum of a wave's coefficients, half its rounding: smaller ones at its end are noise
 MAX_BURST = 64  # events within 1e3 merge tolerances; more count as infinitely many
 
 
@@ -79,6 +80,11 @@ def arrivals(m: MarchArrays, j: int, t0: float, t1: float) -> int:
             state.work += 2 * n * n
             low, high = within(2.0 * (t0 - begin) / width - 1.0), within(2.0 * (t1 - begin) / width - 1.0)
             n = restrict(trial, n, low, high, wave)
+        if n > 1:
+            bound = 0.0
+            for k in range(n):
+                bound += abs(wave[k])
+            n = chopped(wave, n, WAVE_TOL * bound)
         for k in range(n, ROOM):
             wave[k] = 0.0
         wave[0] += 0.5 * state.gravity * end.transit
@@ -104,6 +110,7 @@ def keep(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> None:
         piece.start = t0
         junction.records += 1
         junction.broken = 0
+        junction.shifted = 0.0
     piece.stop, piece.size, piece.offset = t1, n, at
     for i in range(junction.rows):
         total = 0.0

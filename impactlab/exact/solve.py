@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactlab.errors import CaseError, PairingError, StepError
-from impactlab.exact.arrays import DONE, MORE_EVENTS, PAUSED, TOO_MANY, UNRESOLVED
+from impactlab.exact.arrays import DONE, MORE_POOL, MORE_RECORDS, PAUSED, TOO_MANY, UNRESOLVED
 from impactlab.exact.cost import StartedMarch
 from impactlab.exact.results.history import ContinuousHistory
 from impactlab.exact.results.thinned import ThinnedHistory, Thinner, oldest
 from impactlab.exact.setup.build import build
-from impactlab.exact.setup.network import Log, NetworkLayout, copied, grown, needed
+from impactlab.exact.setup.network import Log, NetworkLayout, copied, grown, needed, with_room
 from impactlab.history.energy import MIN_ENERGY
 from impactlab.numerics.addresses import COMPILED
 from impactlab.scene.method import Method, Simulation
@@ -152,8 +152,9 @@ def marched(
                 progress(log.reached / scene.duration)
             continue
         most = (MAX_WHOLE_SHARE if whole else MAX_KEPT_SHARE) * memory_limit() / BYTES
-        if status == MORE_EVENTS or 2 * room(log) <= most:
-            log = grown(log, status)
+        larger = with_more_room(log, status, most)
+        if larger is not None:
+            log = larger
         else:
             numbers, pieces = needed(log, oldest(log))
             if whole or 2 * numbers > len(log.pool) or 2 * pieces > log.pieces.shape[1]:  # before they are sampled
@@ -166,6 +167,15 @@ def marched(
 def room(log: Log) -> int:
     """Return the numbers that a log has room for."""
     return len(log.pool) + PIECE_NUMBERS * int(log.pieces.size)
+
+
+def with_more_room(log: Log, status: int, most: float) -> Log | None:
+    """Return the log with more room, at most twice, in the array that is full; None where it has ``most`` numbers."""
+    spare, pool = int(most) - room(log), len(log.pool)
+    if status == MORE_POOL and pool > spare > pool // 4:
+        return with_room(log, 0, pool + spare, 0)
+    more = {MORE_POOL: pool, MORE_RECORDS: PIECE_NUMBERS * int(log.pieces.size)}.get(status, 0)
+    return grown(log, status) if more <= spare else None
 
 
 def check_balance(history: ContinuousHistory | ThinnedHistory) -> None:

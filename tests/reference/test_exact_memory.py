@@ -47,7 +47,7 @@ def test_a_run_beyond_its_memory_is_the_whole_run_at_its_instants(make, monkeypa
     case = case.but(records=500, snapshots=(0.1003 * case.scene.duration, 0.8006 * case.scene.duration))
     whole = solve(*case)
     assert isinstance(whole, ContinuousHistory)
-    monkeypatch.setenv("IMPACTLAB_MEMORY", "9e6")
+    monkeypatch.setenv("IMPACTLAB_MEMORY", "5e6")
     thin = solve(*case)
     assert isinstance(thin, ThinnedHistory)
     t = np.linspace(0.0, case.scene.duration, 501)
@@ -82,7 +82,7 @@ def test_the_steep_force_of_a_spring_beyond_memory_is_that_of_the_whole_run(monk
     case = sprung().but(records=2000)
     name = f"force:{case.scene.contacts[0].name}"
     whole = solve(*case)
-    monkeypatch.setenv("IMPACTLAB_MEMORY", "9e6")
+    monkeypatch.setenv("IMPACTLAB_MEMORY", "5e6")
     thin = solve(*case)
     assert isinstance(thin, ThinnedHistory)
     cell = case.scene.duration / case.scene.records
