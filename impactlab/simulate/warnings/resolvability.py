@@ -88,7 +88,7 @@ def _too_coarse(
             f"{contact.name}: {words} within {time:.3g} s, and this method resolves times of {shortest:.3g} s or more; "
             f"give {finer}"
         )
-        yield Warned("coarse_contact", text)
+        yield Warned("coarse_contact", text, contact.name)
 
 
 def lost_in_bonds(history: AbstractRecordedHistory, reference: float) -> Iterator[Warned]:
@@ -110,7 +110,7 @@ def lost_in_bonds(history: AbstractRecordedHistory, reference: float) -> Iterato
                 f"lose nothing; give {finer_by(history, [point.body for point in contact.faces])}, or model "
                 "continuous"
             )
-            yield Warned("coarse_contact", text)
+            yield Warned("coarse_contact", text, contact.name)
 
 
 def finer_by(history: AbstractRecordedHistory, bodies: Iterable[str]) -> str:
@@ -146,7 +146,7 @@ def _too_compliant(history: AbstractRecordedHistory, contact: Contact, facts: Co
             f"{100.0 / (stiffness * compliance):.2g} % of that of the rods; give a larger relative stiffness, or more "
             "elements"
         )
-        yield Warned("soft_contact", text)
+        yield Warned("soft_contact", text, contact.name)
 
 
 def _first_force(history: AbstractRecordedHistory, contact: Contact, dashpot: float) -> Iterator[Warned]:
@@ -234,4 +234,5 @@ def _few_modes(
                 "few_modes",
                 f"{contact.name}: the modes left out of '{point.body}' have {100 * share:.2g} % of the "
                 f"compliance of the contact, {wrong}; {advice}, or a basis with a static shape there",
+                contact.name,
             )
