@@ -18,6 +18,7 @@ from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.simulate.planning.contact_facts import ContactFacts
 from impactlab.simulate.warnings.peaks import oscillating
+from impactlab.simulate.warnings.smoothed_peaks import smoothed
 from impactlab.types import Level
 
 COARSE_WARN = 0.25  # of a contact's time: the error of a position is then about a quarter of its change in it
@@ -53,7 +54,10 @@ def unresolved(history: AbstractRecordedHistory) -> Iterator[Warned]:
                 *_too_coarse(history, contact, facts, stiffness),
                 *_first_force(history, contact, facts.dashpot),
             ]
-            yield from of_peak or oscillating(history, contact, facts)
+            of_peak = of_peak or list(oscillating(history, contact, facts))
+            yield from of_peak or smoothed(
+                history, contact, facts, finer_by(history, [point.body for point in contact.faces])
+            )
             yield from _too_compliant(history, contact, facts)
             yield from _few_modes(history, contact, facts, stiffness)
 
