@@ -21,9 +21,10 @@ SIDES = ("mass|rod.left", "rod.right|wall")
 
 
 def run_of(duration: float, elements: int, law: dict[str, Any], courant: float, **bodies: Any) -> AbstractHistory:
-    """Return the run of a rod of 1 kg between two bodies; exact without elements."""
+    """Return the run of a rod of 1 kg between two bodies; exact without elements, by HHT-alpha with courant 0."""
     mesh = {"kind": "finite_element", "elements": elements, "mass": "lumped"}
-    by_steps = {"model": mesh, "integrator": {"kind": "central_difference"}, "step": {"courant": courant}}
+    scheme, step = ("central_difference", {"courant": courant}) if courant else ("hht_alpha", {"points_per_period": 10})
+    by_steps = {"model": mesh, "integrator": {"kind": scheme}, "step": step}
     material = {"young": 7.9e9, "density": 7900.0}  # waves of 1000 m/s
     rod = il.Rod(length=1000.0, area=1.0 / 7.9e6, material=material, velocity=bodies.pop("velocity", 0.0))
     gap, first = bodies.pop("gap", 0.0), next(iter(bodies))
@@ -74,7 +75,7 @@ def test_many_rebounds_add_up_to_large_impulses_and_leave_the_whole_momentum() -
 
 def test_no_momentum_between_equal_bodies_is_right_and_not_warned_of() -> None:
     both = {"mass": il.Mass(100.0, velocity=1.0), "wall": il.Mass(100.0, velocity=-1.0)}
-    soft = run_of(20.0, 40, SOFT, 0.5, **both)
+    soft = run_of(20.0, 40, SOFT, 0.0, **both)
     assert abs(soft.at_end("momentum:rod")) < 1e-3
     assert "soft_contact" not in codes(soft)
 
