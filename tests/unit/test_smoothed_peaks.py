@@ -35,7 +35,7 @@ def test_a_largest_force_that_follows_a_smoothed_front_is_named(decays: float) -
     [text] = [each.text for each in run.warnings if each.code == "peak_smoothed"]
     lost = float(text.split("decays by ")[1].split(" %")[0]) / 100.0
     assert 1.0 - largest(run) > 0.13
-    assert 1.0 - largest(run) == pytest.approx(lost, rel=0.5)
+    assert 0.5 * lost < 1.0 - largest(run) < 2.0 * lost
 
 
 @pytest.mark.parametrize(("decays", "elements"), [(0.5, 20), (2.5, 400)])

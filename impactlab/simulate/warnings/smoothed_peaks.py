@@ -42,7 +42,8 @@ def smoothed(history: AbstractRecordedHistory, contact: Contact, facts: ContactF
     text = (
         f"{contact.name}: the largest force, {peak:.4g} N, follows the front that comes back from the clamped end "
         f"of '{rod.name}'. With this method it rises for {rise:.3g} s, in which the force of the waves decays by "
-        f"{100.0 * -math.expm1(-decays):.2g} %: it is too small by about as much; give {advice}, or model continuous"
+        f"{100.0 * -math.expm1(-decays):.2g} %: it is too small by about as much, within a factor of two; give "
+        f"{advice}, or model continuous"
     )
     yield Warned("peak_smoothed", text, contact.name)
 
