@@ -36,7 +36,7 @@ def check(
             try:
                 chosen = loaded if method is not None else loaded.method(name)
                 plan = api.prepare(chosen)
-                warned = [warning._asdict() for warning in plan.warnings]
+                warned = [{"code": each.code, "text": each.text} for each in plan.warnings]
                 plans[name] = {"status": "accepted", "dt": plan.dt, "steps": plan.steps, "warnings": warned}
                 if chosen.simulation().method.tolerance is not None:
                     plans[name]["predicted"] = PREDICTED

@@ -83,10 +83,11 @@ class LinkResult(NamedTuple):
 
 
 class Warned(NamedTuple):
-    """A warning of a run: a code for programs, a text for people."""
+    """A warning of a run: a code and the contact for programs, a text for people."""
 
     code: str
     text: str
+    contact: str = ""  # name of the contact that it is about; empty where it is about no single one
 
 
 # Codes of warnings about a doubtful result: shown first.

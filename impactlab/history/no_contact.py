@@ -45,7 +45,7 @@ def no_contact(contact: str, initial_gap: float, gaps: Array, travel: float) -> 
         text = f"the faces overlap by {-smallest:.2g} m at the end of the run: they meet within its last step"
     else:
         text = f"the faces overlapped by {-smallest:.2g} m at most, too little for a contact"
-    return Warned("no_contact", f"{contact}: {text}")
+    return Warned("no_contact", f"{contact}: {text}", contact)
 
 
 def never_closed(history: AbstractHistory) -> Iterator[Warned]:

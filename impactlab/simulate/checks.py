@@ -38,6 +38,7 @@ from impactlab.simulate.warnings import (
     mechanisms,
     probe_oscillations,
     probes,
+    small_momenta,
     weights,
 )
 from impactlab.simulate.warnings.closing_times import unplaced
@@ -77,7 +78,7 @@ def add_warnings(history: AbstractHistory) -> None:
                 f"{span.contact}: {span.kicks} kicks; their number depends on the step, so use the total "
                 "impulse, not the first one"
             )
-            found.append(Warned("chatter", text))
+            found.append(Warned("chatter", text, span.contact))
     found += [*noted_by_laws(history), *closed_within_steps(history)]
     found += [*mechanisms.warnings(history), *probes.after(history), *ends.reflecting(scene)]
     found += approximate_modes.warnings(history)
@@ -91,13 +92,14 @@ def add_warnings(history: AbstractHistory) -> None:
         found.append(Warned("energy_gain", RETURNED.format(share=100 * returned)))
     found += losses.warnings(history, reference_energy(history), partial(beyond, history))
     found += lost_in_bonds(history, reference_energy(history))
+    found += small_momenta.warnings(history, {each.contact for each in found if each.code == "soft_contact"})
     found += probe_oscillations.warnings(history, {each.code for each in (*found, *history.warnings)})
-    exaggerated = {each.text.partition(": ")[0] for each in found if each.code == "first_force"}
+    exaggerated = {each.contact for each in found if each.code == "first_force"}
     found += [*dropped_in_maps(history), *overstrained(history, exaggerated)]
     for name, trip in round_trips_of(scene, meeting).items():
         graze = near_grazing if laws[name].answers_force else grazing_impulse
         if (text_or_none := graze(history, name, trip, history.dt or 0.0)) is not None:
-            found.append(Warned("near_grazing", text_or_none))
+            found.append(Warned("near_grazing", text_or_none, name))
     history.warnings.extend(found)
 
 
@@ -155,7 +157,7 @@ def overlapping(history: AbstractRecordedHistory) -> Iterator[Warned]:
                 continue
             share = deepest / max(travel_of(name) for name in names)
             text = f"{contact.name}: the faces overlap by {deepest:.3g} m, {share:.2g} of their travel"
-            yield Warned("overlap", text)
+            yield Warned("overlap", text, contact.name)
 
 
 def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory) -> None:

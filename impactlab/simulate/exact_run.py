@@ -75,7 +75,7 @@ def _exactly_hard(method: Method) -> Iterator[Warned]:
     for name, law in method.laws.items():
         if law.hard and not law.is_the_contact:
             text = f"{name}: the exact solver solves the hard contact itself, and does not use law '{kind_of(law)}'"
-            yield Warned("law_unused", text)
+            yield Warned("law_unused", text, name)
 
 
 def _not_counted(method: Method) -> Iterator[Warned]:

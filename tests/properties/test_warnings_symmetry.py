@@ -80,7 +80,7 @@ def warnings_of(document: dict[str, Any], folder: Path) -> list[tuple[str, list[
     path = folder / "case.json"
     path.write_text(json.dumps(document))
     found = []
-    for code, text in il.run(il.load_case(path)).warnings:
+    for code, text, _ in il.run(il.load_case(path)).warnings:
         plain = re.sub(r"b\d(\.left|\.right|@[\d.e-]+)?", "", text)
         found.append((code, [float(each) for each in re.findall(r"\d+\.?\d*(?:e[-+]?\d+)?", plain)]))
     return sorted(found)

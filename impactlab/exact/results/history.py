@@ -164,8 +164,8 @@ class ContinuousHistory(AbstractHistory):
     def warnings(self) -> list[Warned]:  # type: ignore[override]
         """Warnings, found on first use."""
         meeting = (contact for contact in self.scene.contacts if contact.name not in self.joined)
-        texts = [near_grazing(self, name, trip) for name, trip in round_trips_of(self.scene, meeting).items()]
-        found = [Warned("near_grazing", text) for text in texts if text is not None]
+        texts = {name: near_grazing(self, name, trip) for name, trip in round_trips_of(self.scene, meeting).items()}
+        found = [Warned("near_grazing", text, name) for name, text in texts.items() if text is not None]
         return [*found, *never_closed(self), *overstrained(self)]
 
     def _find_spans(self) -> tuple[ContactSpan, ...]:

@@ -59,7 +59,7 @@ def constraint_warnings(scene: Scene, method: Method, integrator: AbstractIntegr
     for number, contact in enumerate(scene.contacts):
         if constraint_gains(scene, method, contact, integrator, own):
             text = f"{contact.name}: a hard position constraint under '{kind_of(integrator)}' is known to gain energy"
-            gaining.append(Warned("constraint_energy", text))
+            gaining.append(Warned("constraint_energy", text, contact.name))
         law = method.laws[contact.name]
         if not law.holds_position or massless(scene, contact.left) or massless(scene, contact.right):
             continue
@@ -75,7 +75,7 @@ def constraint_warnings(scene: Scene, method: Method, integrator: AbstractIntegr
                 f"{contact.name}: both faces have mass; their velocities after the contact depend on the "
                 "instant within the step at which they meet"
             )
-            heavy.append(Warned("heavy_faces", text + "; velocity_complementarity has a restitution"))
+            heavy.append(Warned("heavy_faces", text + "; velocity_complementarity has a restitution", contact.name))
     return gaining + heavy
 
 

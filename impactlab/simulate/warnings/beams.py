@@ -58,7 +58,7 @@ def _singular(contact: Contact, beams: Sequence[Body], spans: Sequence[ContactSp
         f"{size} and the number of contacts depend on the modes or elements kept and on the step; give the contact a "
         "stiffness, or theory: timoshenko"
     )
-    yield Warned("singular_force", text)
+    yield Warned("singular_force", text, contact.name)
 
 
 def _too_short(history: AbstractRecordedHistory, contact: Contact, spans: Sequence[ContactSpan]) -> Iterator[Warned]:
@@ -81,4 +81,4 @@ def _too_short(history: AbstractRecordedHistory, contact: Contact, spans: Sequen
             f"than {limit:.3g} s, three times the time resolution of this method, which does not "
             "resolve their number; compare two resolutions or models"
         )
-        yield Warned("sub_impacts", text)
+        yield Warned("sub_impacts", text, contact.name)

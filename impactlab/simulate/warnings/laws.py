@@ -20,7 +20,7 @@ def noted_by_laws(history: AbstractRecordedHistory) -> Iterator[Warned]:
     for contact, memory in zip(history.scene.contacts, history.memories(), strict=True):
         for noted in laws[contact.name].noted:
             if count := int(memory[noted.slot]):
-                yield Warned(noted.code, f"{contact.name}: {noted.text.format(count=count)}")
+                yield Warned(noted.code, f"{contact.name}: {noted.text.format(count=count)}", contact.name)
 
 
 def closed_within_steps(history: AbstractRecordedHistory) -> Iterator[Warned]:
@@ -45,7 +45,7 @@ def closed_within_steps(history: AbstractRecordedHistory) -> Iterator[Warned]:
                 "set reply.in_contact to 1.0 in each step at whose end the faces are still in contact; `impactlab "
                 f"plugins --check {name}` tests it"
             )
-            yield Warned("chatter", text)
+            yield Warned("chatter", text, contact.name)
 
 
 def is_built_in(kind: type[AbstractContactLaw]) -> bool:

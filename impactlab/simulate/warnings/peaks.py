@@ -65,7 +65,7 @@ def oscillating(history: AbstractRecordedHistory, contact: Contact, facts: Conta
         "the mesh and the step. Compare it with this mean, "
         f"{mean:.4g} N, and with model continuous or a mesh at courant 1"
     )
-    yield Warned("peak_oscillates", text)
+    yield Warned("peak_oscillates", text, contact.name)
 
 
 def keeps_waves(history: AbstractRecordedHistory, body: ElasticBody) -> bool:

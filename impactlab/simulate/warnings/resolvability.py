@@ -18,6 +18,7 @@ from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.simulate.planning.contact_facts import ContactFacts
 from impactlab.simulate.warnings.peaks import oscillating
+from impactlab.simulate.warnings.smoothed_peaks import smoothed
 from impactlab.types import Level
 
 COARSE_WARN = 0.25  # of a contact's time: the error of a position is then about a quarter of its change in it
@@ -53,7 +54,10 @@ def unresolved(history: AbstractRecordedHistory) -> Iterator[Warned]:
                 *_too_coarse(history, contact, facts, stiffness),
                 *_first_force(history, contact, facts.dashpot),
             ]
-            yield from of_peak or oscillating(history, contact, facts)
+            of_peak = of_peak or list(oscillating(history, contact, facts))
+            yield from of_peak or smoothed(
+                history, contact, facts, finer_by(history, [point.body for point in contact.faces])
+            )
             yield from _too_compliant(history, contact, facts)
             yield from _few_modes(history, contact, facts, stiffness)
 
@@ -88,7 +92,7 @@ def _too_coarse(
             f"{contact.name}: {words} within {time:.3g} s, and this method resolves times of {shortest:.3g} s or more; "
             f"give {finer}"
         )
-        yield Warned("coarse_contact", text)
+        yield Warned("coarse_contact", text, contact.name)
 
 
 def lost_in_bonds(history: AbstractRecordedHistory, reference: float) -> Iterator[Warned]:
@@ -110,7 +114,7 @@ def lost_in_bonds(history: AbstractRecordedHistory, reference: float) -> Iterato
                 f"lose nothing; give {finer_by(history, [point.body for point in contact.faces])}, or model "
                 "continuous"
             )
-            yield Warned("coarse_contact", text)
+            yield Warned("coarse_contact", text, contact.name)
 
 
 def finer_by(history: AbstractRecordedHistory, bodies: Iterable[str]) -> str:
@@ -145,7 +149,7 @@ def _too_compliant(history: AbstractRecordedHistory, contact: Contact, facts: Co
             f"{100.0 / (stiffness * compliance):.2g} % of that of the rods; give a larger relative stiffness, or more "
             "elements"
         )
-        yield Warned("soft_contact", text)
+        yield Warned("soft_contact", text, contact.name)
 
 
 def _first_force(history: AbstractRecordedHistory, contact: Contact, dashpot: float) -> Iterator[Warned]:
@@ -233,4 +237,5 @@ def _few_modes(
                 "few_modes",
                 f"{contact.name}: the modes left out of '{point.body}' have {100 * share:.2g} % of the "
                 f"compliance of the contact, {wrong}; {advice}, or a basis with a static shape there",
+                contact.name,
             )
