@@ -203,6 +203,7 @@ def _first_force(history: AbstractRecordedHistory, contact: Contact, dashpot: fl
             f"{contact.name}: the peak of the force is that at a touch, where {acts}. It is too large by up to "
             f"{100.0 * (ratio - 1.0):.0f} %, for any number of elements; impulses and displacements converge. Give "
             f"{advice}, or model: {{kind: continuous}}",
+            contact.name,
         )
 
 
