@@ -13,8 +13,13 @@ import pytest
 from impactlab import drilling, granular, hopkinson, piling
 from impactlab.derivatives.table import Sensitivities, Sensitivity
 from impactlab.fits.result import Fitted
-from impactlab.history.energy import EnergyBook
+from impactlab.history.base import BranchChange, Cost, Event
+from impactlab.history.choice import Choice
+from impactlab.history.energy import EnergyBook, EnergyEnds
+from impactlab.history.instruments import Measured
+from impactlab.scene.method import Method
 from impactlab.startup.lazy import public_names
+from impactlab.sweeps import Sampled
 
 PACKAGES = ("hopkinson", "piling", "drilling", "granular", "integrators", "simulate")
 
@@ -105,3 +110,22 @@ def test_the_repr_of_energies_has_their_balance() -> None:
         "<EnergyBook of 2 bodies at 4 instants, 0 to 600 µs: total 15.78 J to 8.335 J, work 0 J, losses 7.445 J, "
         "largest gain 0 %>"
     )
+
+
+def test_reprs_of_records_of_a_run_have_units() -> None:
+    assert repr(Event(178.2e-6, "a|b", "open")) == "Event('a|b', open, time=178.2 µs)"
+    assert repr(Event(0.0, "a|b", "impulse", 2e-3)) == "Event('a|b', impulse, time=0 s, impulse=2 mN s)"
+    assert repr(BranchChange(5e-6, "a|b", "yielding")) == "BranchChange('a|b', yielding, time=5 µs)"
+    assert repr(EnergyEnds(5.0, 4.0, 0.5, {"contact": 1.0, "ends": 0.5})) == (
+        "EnergyEnds(initial=5 J, final=4 J, work=500 mJ, losses=1.5 J)"
+    )
+    assert repr(Cost(1e-3, 2e-5, 18)) == "Cost(steps=18, setup=1 ms, solve=20 µs, checks=0 s)"
+    assert repr(Cost(steps=9, rhs_evaluations=90, unknowns=4)).startswith("Cost(steps=9, unknowns=4, rhs_evaluations=9")
+    t = 1e-6 * np.arange(1000)
+    assert repr(Measured(t, 1e-3 * t / t[-1], 3)) == (
+        "<Measured: 1000 samples at 0 to 999 µs, 0 to 0.001, 3 beyond the range of the converter>"
+    )
+    assert repr(Sampled("strain:rod@0.1", t)) == "<Sampled 'strain:rod@0.1' at 1000 times, 0 to 999 µs>"
+    assert repr(Sampled("strain:rod@0.1", ())) == "Sampled('strain:rod@0.1', ())"
+    chosen = Choice(1e-3, Method({}, {}, None, None), "rigid bodies, 200 steps", 4e-4, "one resolution", (), 0.1)
+    assert repr(chosen) == "<Choice of 'rigid bodies, 200 steps': expected error 0.0004, within 0.001>"
