@@ -32,6 +32,7 @@ from impactlab.history.advice import ADVICE
 from impactlab.history.base import SERIOUS, AbstractHistory
 from impactlab.history.instruments import check_instruments
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
+from impactlab.report.progress_bar import of_long_run
 from impactlab.scene.method import Method, Simulation, theories
 from impactlab.scene.precision import in_precision
 from impactlab.scene.problem import Scene
@@ -156,7 +157,8 @@ def run(case: Case | Simulation, progress: Progress | None = None, frames: int =
         Of a case with methods, the one chosen by ``case.method(name)``. A method with a tolerance is
         first completed by the automatic choice.
     progress : callable, optional
-        Called with the fraction done, from 0 to 1, about ten times a second.
+        Called with the fraction done, from 0 to 1, about ten times a second. Without it a bar is drawn on a terminal
+        if the run takes longer than a second.
     frames : int, optional
         Fields of stepped bodies are kept at the ends of so many equal parts of the run, beside those of the case
         (``history.field_times(body)``); no other number of the history depends on it.
@@ -172,7 +174,8 @@ def run(case: Case | Simulation, progress: Progress | None = None, frames: int =
     if frames:
         scene = scene.with_frames(frames)
     try:
-        history = solve(scene, method, progress)
+        with of_long_run(scene.name, method.tolerance is not None, progress) as show:
+            history = solve(scene, method, show)
         check_instruments(history)  # of a step that the automatic choice found, or of a thinned run
     except ImpactlabError as error:
         if isinstance(case, Case):
@@ -390,9 +393,7 @@ def _row(
             history = run(variant, progress, frames)
         physics = physics_of(variant)
         key = reference_record.physics_key(*physics)
-        if key not in known:
-            known[key] = reference_of(*physics)
-        reference = known[key]
+        reference = known[key] if key in known else known.setdefault(key, reference_of(*physics))
         summary = summaries.summarise(case.label, history, reference)
         return ComparedMethod(name, with_fault(summary, variant), history, reference, None)
     except Exception as error:  # noqa: BLE001 - a plugin may raise anything; its row shows it

@@ -16,6 +16,12 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'s' if number != 1 else ''}"
 
 
+def first_of(words: Sequence[str], most: int = 8) -> str:
+    """Return the first of some words, and how many more there are: ``a, b and 48 more``."""
+    more = len(words) - most
+    return ", ".join(words) if more < 2 else f"{', '.join(words[:most])} and {more} more"
+
+
 def enumerated(words: Sequence[str]) -> str:
     """Return words as a sentence lists them: ``a, b and c``."""
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

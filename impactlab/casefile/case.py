@@ -30,7 +30,7 @@ from impactlab.casefile.values.faults import case_error
 from impactlab.casefile.values.loads import folder_of, with_tables
 from impactlab.errors import CaseError, ImpactlabError, combined, expect_path
 from impactlab.numerics.garbage_collection import GarbageCollectionPaused
-from impactlab.printing import counted
+from impactlab.printing import counted, first_of
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.scene.ranges import hints_of
@@ -260,7 +260,7 @@ class Case:
 
     def __repr__(self) -> str:
         scene = self.scene()
-        bodies = ", ".join(f"{name} ({body.kind})" for name, body in scene.bodies.items())
+        bodies = first_of([f"{name} ({body.kind})" for name, body in scene.bodies.items()])
         method = "" if self.method_name == "base" else f", method '{self.method_name}'"
         contacts = counted(len(scene.contacts), "contact")
         return f"<Case '{self.label}'{method}: {bodies}; {contacts}, {scene.duration:.6g} s>"

@@ -5,8 +5,10 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from impactlab.casefile.parts import group_of, part_model
+from impactlab.casefile.parts import SPHERE_MATERIALS, group_of, part_model
 from impactlab.casefile.schema import CaseBlock
+from impactlab.casefile.values.materials import MATERIALS
+from impactlab.contact.spheres import Spheres
 from impactlab.errors import PluginError
 from impactlab.plugins import INTEGRATORS, LAWS, MECHANISMS, MODELS, Group, Registry, describe, kind_of
 
@@ -52,6 +54,18 @@ def _put_inside(properties: dict[str, Any], part: type[Any], registry: Registry)
                 properties[field.name]["default"] = {"kind": kind_of(field.default)}
 
 
+def _put_spheres(properties: dict[str, Any], part: type[Any]) -> None:
+    """Describe the block of spheres that a stiffness of a power law may be."""
+    for field in dataclasses.fields(part):
+        if field.init and field.metadata["unit"].endswith("^n"):
+            described = properties[field.name].pop("description")
+            sizes = part_model(Spheres).model_json_schema()["properties"]
+            names = {key: {"enum": list(MATERIALS)} for key in SPHERE_MATERIALS}
+            block = {"type": "object", "properties": sizes | names, "additionalProperties": False}
+            block["required"] = ["radius"]
+            properties[field.name] = {"anyOf": [properties[field.name], block], "description": described}
+
+
 def _choices(group: Group, registry: Registry) -> dict[str, Any]:
     choices = []
     for name in registry.names(group):
@@ -59,6 +73,7 @@ def _choices(group: Group, registry: Registry) -> dict[str, Any]:
             part = registry.load(group, name)
             fields = part_model(part).model_json_schema()
             _put_inside(fields["properties"], part, registry)
+            _put_spheres(fields["properties"], part)
         except PluginError:
             continue
         choices.append(

@@ -19,10 +19,15 @@ from pydantic_core import PydanticCustomError
 from impactlab.casefile.text.words import listed, shown
 from impactlab.casefile.values.faults import FIX_VALUE, case_error, refuse
 from impactlab.casefile.values.fields import Allowed, Reader
+from impactlab.casefile.values.materials import MATERIALS
 from impactlab.casefile.values.units import to_si, with_power
-from impactlab.errors import CaseError, PluginError
+from impactlab.contact.spheres import EXPONENT, Spheres
+from impactlab.errors import CaseError, PluginError, closest
 from impactlab.plugins import GROUPS, Group, Registry, fault_of, kind_of
 from impactlab.types import Relative
+
+SPHERE_MATERIALS = {"material": ("young", "poisson"), "other_material": ("other_young", "other_poisson")}
+"""Names of materials of spheres, with the options that each stands for."""
 
 
 def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry) -> Any:
@@ -48,6 +53,8 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
             given[field.name] = _read_inside(inside, f"{path}.{field.name}", group_inside, registry)
         if records_of(field) and inside is not None:
             given[field.name] = _read_record(inside, f"{path}.{field.name}", records_of(field))
+        if isinstance(inside, dict) and field.metadata.get("unit", "").endswith("^n"):
+            given[field.name] = _of_spheres(inside, f"{path}.{field.name}", exponent_of(part, given))
         if isinstance(inside, str) and field.metadata.get("unit", "").endswith("^n"):
             given[field.name] = _with_exponent(inside, f"{path}.{field.name}", field.metadata["unit"], part, given)
     try:
@@ -73,9 +80,42 @@ def _made(part: type[Any], model: type[BaseModel], given: Mapping[str, Any], pat
         raise
 
 
+def exponent_of(part: Any, given: Mapping[str, Any]) -> Any:
+    """Return the power in the unit of a part's stiffness, as a block gives it."""
+    return given.get("exponent", getattr(part, "exponent", None))
+
+
+def _of_spheres(block: Mapping[str, Any], path: str, n: Any) -> float:
+    """Return the stiffness [N/m^1.5] of the spheres that a block gives in place of a number."""
+    if n != EXPONENT:
+        text = f"a stiffness by spheres is one of the power {EXPONENT:g}, and the exponent is {shown(n)}"
+        raise CaseError(text, remedy=f"Leave exponent out, or give stiffness as a number in N/m^{n}.", path=path)
+    keys = [*SPHERE_MATERIALS, *(field.name for field in dataclasses.fields(Spheres))]
+    for key in block:
+        if key not in keys:
+            text = f"the key {shown(key)} is not known here.{closest(str(key), keys)}"
+            raise CaseError(text, remedy=f"Allowed: {', '.join(keys)}.", path=f"{path}.{key}")
+    if not {"material", "young"} & set(block):
+        remedy = f"Add material ({', '.join(MATERIALS)}), or young and poisson."
+        raise CaseError("this key is missing", remedy=remedy, path=f"{path}.material")
+    given = dict(block)
+    for key, own in SPHERE_MATERIALS.items():
+        if (name := given.pop(key, None)) is None:
+            continue
+        if not isinstance(name, str) or name not in MATERIALS:
+            text = f"{shown(name)} is not the name of a material.{closest(str(name), MATERIALS)}"
+            raise CaseError(text, remedy=f"Allowed: {listed(MATERIALS)}, or {' and '.join(own)}.", path=f"{path}.{key}")
+        if set(own) & set(given):
+            text = f"{key} is given beside {' or '.join(own)}"
+            raise CaseError(text, remedy="Give one or the other.", path=f"{path}.{key}")
+        given |= zip(own, (MATERIALS[name].young, MATERIALS[name].poisson), strict=True)
+    spheres: Spheres = _made(Spheres, part_model(Spheres), given, path)
+    return spheres.stiffness
+
+
 def _with_exponent(text: str, path: str, unit: str, part: Any, given: Mapping[str, Any]) -> float | str:
     """Return in SI a number whose unit has the power of the part's option ``exponent``."""
-    n = given.get("exponent", getattr(part, "exponent", None))
+    n = exponent_of(part, given)
     if isinstance(n, bool) or not isinstance(n, (int, float)):
         return text
     try:

@@ -11,6 +11,7 @@ from pydantic import BaseModel
 from impactlab.casefile.parts import record_of, records_of
 from impactlab.casefile.schema import CaseBlock
 from impactlab.casefile.values.units import with_power
+from impactlab.contact.spheres import Spheres
 from impactlab.errors import PluginError
 from impactlab.plugins import INTEGRATORS, LAWS, MECHANISMS, MODELS, Registry
 from impactlab.scene.bodies import End
@@ -66,6 +67,8 @@ def _unit_in_part(case: CaseBlock, path: str, registry: Registry) -> str:
         for key in keys[size:-1]:
             field, block = next((each for each in fields if each.name == key), None), block.get(key)
             record = record_of(block, records_of(field)) if field is not None and isinstance(block, dict) else None
+            if isinstance(block, dict) and field is not None and field.metadata["unit"].endswith("^n"):
+                record = Spheres
             if record is None:
                 return ""
             fields = dataclasses.fields(record)

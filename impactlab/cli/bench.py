@@ -10,7 +10,16 @@ from typing import Annotated
 
 import typer
 
-from impactlab.cli.lazy_modules import bench_report, benching, cells, console, figure_files, output, stability_report
+from impactlab.cli.lazy_modules import (
+    bench_report,
+    benching,
+    cells,
+    console,
+    figure_files,
+    output,
+    progress_bar,
+    stability_report,
+)
 from impactlab.cli.lazy_modules import grid as grids
 from impactlab.cli.options import Figures, Json, command_line, found, names_in, option
 from impactlab.cli.reporting import CommandFailed, reporting
@@ -78,7 +87,7 @@ def bench(
         families = grids.chosen(grids.read_grid(grid or grids.of_suite(suite)), names)
         options = benching.Options(jobs, repeats, not no_timing, time_limit)
         console.log_compiling()
-        with console.progress() as show:
+        with progress_bar.progress() as show:
             made = benching.bench(files, suite, families, out, options, names, show, console.say)
         counts = ", ".join(f"{count} {status}" for status, count in sorted(made.counts.items()))
         console.say(f"written: {out / 'table.csv'}")
@@ -118,7 +127,7 @@ def _draw_bench(out: Path, table: Path, jobs: int, suite: str, formats: Sequence
         console.say(f"written: {out / 'stability.html'}; violations: {count}")
         return out / "stability.html"
     console.say(f"drawing figures for {out} ...")
-    with console.progress() as show:
+    with progress_bar.progress() as show:
         bench_report.write_bench(
             out, table, jobs or os.cpu_count() or 1, lambda fraction: show("report", fraction), formats, command
         )

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from impactlab.history import sampling
     from impactlab.refine.references import reference_record
     from impactlab.report import choice as choices
-    from impactlab.report import compare_report, console, output, provenance, run_report
+    from impactlab.report import compare_report, console, output, progress_bar, provenance, run_report
     from impactlab.report.figures import figure_files, film_files
     from impactlab.sweeps import axes, axis_texts, given_twice
     from impactlab.testing import verdict as verdicts
@@ -49,6 +49,7 @@ else:
     jsonschema = lazy("impactlab.casefile.jsonschema")
     listings = lazy("impactlab.casefile.listing")
     output = lazy("impactlab.report.output")
+    progress_bar = lazy("impactlab.report.progress_bar")
     provenance = lazy("impactlab.report.provenance")
     reference_record = lazy("impactlab.refine.references.reference_record")
     registries = lazy("impactlab.plugins")

@@ -14,6 +14,7 @@ from impactlab.cli.lazy_modules import (
     files,
     histories,
     output,
+    progress_bar,
     provenance,
     reference_record,
     run_report,
@@ -68,7 +69,7 @@ def run(
         drawn_as = figure_files.figure_files(figures, width, out)
         if out is not None:
             output.check_target(out)
-        with console.progress() as show, api.warnings_kept(), api.code_ahead(loaded):
+        with progress_bar.progress() as show, api.warnings_kept(), api.code_ahead(loaded):
 
             def report(fraction: float) -> None:
                 if fraction == 0.0:  # all checks before the first step are passed
@@ -135,7 +136,7 @@ def compare(
         if out is not None:
             output.check_target(out)
         console.log_compiling()
-        with console.progress() as show:
+        with progress_bar.progress() as show:
             comparison = api.compare(loaded, names, show, 0 if out is None else sampling.FRAMES)
         for row in comparison.rows:
             if row.error is not None:

@@ -14,6 +14,7 @@ from impactlab.cli.lazy_modules import (
     files,
     film_files,
     output,
+    progress_bar,
     provenance,
     run_report,
     sampling,
@@ -59,7 +60,7 @@ def animate(
         film_files.check_target(out)
         loaded = load(case, sets, method, variant)
         console.log_compiling()
-        with console.progress() as show:
+        with progress_bar.progress() as show:
             history = api.run(loaded, lambda fraction: show(loaded.label, fraction), sampling.FRAMES)
         history.animate(out, seconds)
         console.say(f"written: {out}")

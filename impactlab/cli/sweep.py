@@ -9,7 +9,16 @@ from typing import Annotated
 
 import typer
 
-from impactlab.cli.lazy_modules import axes, axis_texts, console, derivatives, given_twice, sweeps, uncertainties
+from impactlab.cli.lazy_modules import (
+    axes,
+    axis_texts,
+    console,
+    derivatives,
+    given_twice,
+    progress_bar,
+    sweeps,
+    uncertainties,
+)
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in, option, run_line
 from impactlab.cli.reporting import CommandFailed, given_by, reporting
 from impactlab.errors import CaseError, DoubtfulResult
@@ -82,7 +91,7 @@ def sweep(
         given_twice.refuse_twice(loaded, [path for path, _ in read])
         names = sweeps.DEFAULT if quantities is None else names_in(quantities)
         console.log_compiling(loaded.simulation())
-        with console.progress() as show, warnings.catch_warnings():
+        with progress_bar.progress() as show, warnings.catch_warnings():
             warnings.simplefilter("ignore", DoubtfulResult)  # of a sweep without values: the reason is said below
             found = sweeps.sweep(
                 loaded,
@@ -165,7 +174,7 @@ def uncertainty(
         given_twice.refuse_twice(loaded, [path for path, _ in read])
         names = uncertainties.DEFAULT if quantities is None else names_in(quantities)
         console.log_compiling(loaded.simulation())
-        with given_by("--vary", axes.BY_DRAWING), console.progress() as show:
+        with given_by("--vary", axes.BY_DRAWING), progress_bar.progress() as show:
             found = uncertainties.uncertainty(
                 loaded,
                 dict(read),

@@ -18,8 +18,8 @@ SLOW_RATIO = 0.999  # slowest_approach over the approach speed, below which the 
 MIN_COMPLIANCE = 1e-300  # m/N, to divide by
 MAX_TURNS = 1000  # of Newton's iteration; a few are enough except for extreme exponents
 STIFFNESS = (
-    "K, force per indentation to the power n; of spheres and rounded ends that of "
-    "impactlab.granular.sphere_stiffness(young, poisson, radius)"
+    "K, force per indentation to the power n; of spheres and rounded ends {radius: 5 mm, material: steel}, with "
+    "other_radius where the other body is no plane"
 )
 TOO_STIFF = (
     "at this overlap the tangent stiffness of the power law exceeds the stability limit of "

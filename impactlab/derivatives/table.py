@@ -105,7 +105,8 @@ class Sensitivities:
         return [_cells(row) for row in self.rows]
 
     def __str__(self) -> str:
-        lines = aligned([COLUMNS, *self.cells()])
+        valued = [row for row in self.rows if not math.isnan(row.value)] or self.rows  # the notes name the others
+        lines = aligned([COLUMNS, *map(_cells, valued)])
         if any(_is_unknown(row) for row in self.rows):
             lines.append(f"{BOUND}: the error is larger than the derivative; this bounds its size, its sign is unknown")
         notes: dict[str, list[str]] = {}

@@ -22,6 +22,7 @@ from impactlab.startup.lazy import above
 from impactlab.types import Array
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.figure import Figure
 
 
@@ -49,6 +50,18 @@ class Efficiencies:
         """Return the efficiency over the stiffness of the rock as a figure."""
         made: Figure = above("report.figures.evaluations").efficiencies(self)
         return made
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return efficiency, peak force [N] and final penetration [m] over the stiffness [N/m] as a table."""
+        import pandas
+
+        columns = {
+            "efficiency [1]": self.efficiency,
+            "first pass [1]": self.first_pass,
+            "peak force [N]": self.peak_force,
+            "final penetration [m]": self.final,
+        }
+        return pandas.DataFrame(columns, index=pandas.Index(self.stiffness, name="stiffness [N/m]"))
 
 
 def sweep(case: Case | Simulation, stiffnesses: Iterable[float | str]) -> Efficiencies:

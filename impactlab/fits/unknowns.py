@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from impactlab.casefile import Case
 from impactlab.casefile.document import parse_value
 from impactlab.casefile.text.words import shown
-from impactlab.casefile.values.units import to_si
+from impactlab.casefile.values.units import strain_of, to_si
 from impactlab.derivatives.parameters import read_parameters
 from impactlab.errors import CaseError
 from impactlab.fits.signals import SETTINGS, Signal, unit_of
@@ -113,32 +113,32 @@ def setting(signal: Signal, name: str, given: Any, label: str) -> float | Unknow
         unit, scale, widest = "s", signal.width, len(signal.times) * signal.width
     if chosen in (None, "fixed"):
         return usual
-    path = f"{name} of {label}"
+    path, is_strain = f"{name} of {label}", name == "offset" and unit == "1"
     if chosen == "free" or (chosen == COMMON and name == "shift"):
         low = 0.0 if name == "gain" else usual - widest
         return Unknown(path, usual, low, usual + widest, unit, scale)
     if isinstance(chosen, (tuple, list)) and len(chosen) == 2:
-        low, high = (_number(end, unit, path) for end in chosen)
+        low, high = (_number(end, unit, path, is_strain) for end in chosen)
         if not low < high:
             text = f"the lower bound {chosen[0]} is not below the upper one, {chosen[1]}"
             raise CaseError(text, path=path, remedy="Give the lower one first.")
         return Unknown(path, min(max(usual, low), high), low, high, unit, scale)
     try:
-        return _number(chosen, unit, path)
+        return _number(chosen, unit, path, is_strain)
     except CaseError as error:
         raise CaseError(error.text, path=path, remedy="Give a number, (lower, upper), 'free' or 'fixed'.") from None
 
 
-def _number(given: Any, unit: str, path: str) -> float:
+def _number(given: Any, unit: str, path: str, is_strain: bool = False) -> float:
     try:
         found = float(given)
     except (TypeError, ValueError):
         try:
-            found = to_si(str(given), unit)
+            found = strain_of(str(given)) if is_strain else to_si(str(given), unit)
         except ValueError as error:
-            raise CaseError(
-                f"{shown(str(given))}: {error}", path=path, remedy="Give a number in SI units, or a text with its unit."
-            ) from None
+            plain = unit == "1" and not is_strain
+            remedy = "Give a plain number." if plain else "Give a number in SI units, or a text with its unit."
+            raise CaseError(str(error), path=path, remedy=remedy) from None
     if not math.isfinite(found):
         raise CaseError(f"{given} is not finite", path=path, remedy="Give a finite number, or 'free'.")
     return found

@@ -9,10 +9,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.casefile.text.words import shown
+from impactlab.casefile.values.materials import MATERIALS
 from impactlab.casefile.values.units import to_si
+from impactlab.contact.spheres import stiffness_of
 from impactlab.errors import ImpactlabError
-from impactlab.measurement.inputs import finite, pair
+from impactlab.measurement.dispersion import DENSITIES
+from impactlab.measurement.inputs import finite, pair, warn_unusual
 from impactlab.types import Array
+
+RADII = (1e-9, 1.0)  # m, of a sphere: a larger one is meant in mm, or is a density
+MODULI = (1e4, 1.5e12)  # Pa, of gels and of diamond: a smaller one is meant in GPa
 
 Size: TypeAlias = float | str
 """A number in SI, or a string with a unit such as ``5 mm``."""
@@ -30,14 +36,24 @@ def sphere_mass(radius: ArrayLike, density: ArrayLike) -> float | Array:
     radius : float, str or array, shape (n,)
         m, or a string with a unit, ``"5 mm"``
     density : float, str or array, shape (n,)
-        kg/m3, or a string with a unit, ``"7.85 g/cm^3"``
+        kg/m3, or a string with a unit, ``"7.85 g/cm^3"``, or the name of a material, ``"steel"``
 
     Raises
     ------
     ImpactlabError
         If a size is not a number, or not above 0.
+
+    Warns
+    -----
+    UnusualValue
+        If a radius is outside 1 nm to 1 m, or a density outside 500 to 25000 kg/m3, as where the two are exchanged.
     """
+    if isinstance(density, str) and density in MATERIALS:
+        density = MATERIALS[density].density
     r, rho = positive("radius", radius, "m"), positive("density", density, "kg/m3")
+    order = "sphere_mass(radius, density)"
+    if not warn_of_order("the radius of the sphere", r, "m", RADII, order):  # one warning where both are exchanged
+        warn_of_order("the density of the sphere", rho, "kg/m3", DENSITIES, order)
     return _plain(4.0 / 3.0 * math.pi * r**3 * rho)
 
 
@@ -84,11 +100,16 @@ def sphere_stiffness(
     ImpactlabError
         If a size is not a number, or out of range, or arrays of sizes differ in shape.
 
+    Warns
+    -----
+    UnusualValue
+        If Young's modulus is outside 10 kPa to 1500 GPa, or a radius outside 1 nm to 1 m.
+
     References
     ----------
     Hertz1882.
     """
-    second = (young, poisson) if others is None else pair("others", others)
+    second = (young, poisson) if others is None else pair("others", others, "('70 GPa', 0.33)")
     modulus, modulus_other = positive("young", young, "Pa"), positive("others", second[0], "Pa")
     r, r_other = positive("radius", radius, "m"), positive("other", other, "m")
     ratios = [finite("poisson", ratio, "1") for ratio in (poisson, second[1])]
@@ -99,8 +120,22 @@ def sphere_stiffness(
     if len({*shapes}) > 1:
         text = f"sizes of shapes {', '.join(map(str, dict.fromkeys(shapes)))} are given"
         raise ImpactlabError(text, remedy="Give arrays of one shape, as in radius=R[:-1], other=R[1:].")
-    compliance = (1.0 - ratios[0] ** 2) / modulus + (1.0 - ratios[1] ** 2) / modulus_other
-    return _plain(4.0 / 3.0 / compliance * np.sqrt(1.0 / (1.0 / r + 1.0 / r_other)))
+    order = "sphere_stiffness(young, poisson, radius, other)"
+    if not warn_of_order("Young's modulus of the sphere", modulus, "Pa", MODULI, order):
+        warn_of_order("the radius of the sphere", r, "m", RADII, order)
+    return _plain(stiffness_of((r, r_other), (modulus, modulus_other), (ratios[0], ratios[1])))
+
+
+def warn_of_order(name: str, values: Array, unit: str, usual: tuple[float, float], order: str) -> bool:
+    """Issue an `UnusualValue` of sizes beyond the usual ones, with the order of the arguments; return whether."""
+    odd = values[(values < usual[0]) | (values > usual[1])] if values.ndim else values
+    if odd.size and not usual[0] <= (first := float(odd.flat[0])) <= usual[1]:
+        warn_unusual(
+            f"{name} is {first:.6g} {unit}, and usual ones lie between {usual[0]:g} and {usual[1]:g} {unit}. "
+            f"The order is {order}, in SI or as strings with units."
+        )
+        return True
+    return False
 
 
 def positive(name: str, given: ArrayLike, unit: str) -> Array:

@@ -36,6 +36,10 @@ class Event(NamedTuple):
     kind: Literal["close", "open", "impulse"]
     impulse: float | None = None  # N s, of an impulse event only
 
+    def __repr__(self) -> str:
+        impulse = "" if self.impulse is None else f", impulse={prefixed(self.impulse, 'N s')}"
+        return f"Event({self.contact!r}, {self.kind}, time={prefixed(self.time, 's')}{impulse})"
+
 
 class ContactSpan(NamedTuple):
     """One period of contact; under a law of impulses from the first impulse to the last."""
@@ -69,6 +73,9 @@ class BranchChange(NamedTuple):
     contact: str
     branch: str  # name in the law of the branch that begins
 
+    def __repr__(self) -> str:
+        return f"BranchChange({self.contact!r}, {self.branch}, time={prefixed(self.time, 's')})"
+
 
 class LinkResult(NamedTuple):
     """Results of a link, or of all links of one name: forces, permanent set, absorbed energy."""
@@ -94,7 +101,7 @@ class Warned(NamedTuple):
 SERIOUS = ("tolerance_not_met", "energy_gain", "energy_loss", "coordinates_change", "large_strain")
 
 
-@dataclass
+@dataclass(repr=False)
 class Cost:
     """Times and counts of the work of a run."""
 
@@ -105,6 +112,13 @@ class Cost:
     checks_s: float = 0.0  # s, after the run: reading the records, as far as checks for warnings need them
     unknowns: int | None = None  # displacements that are stepped, over all bodies; None without steps
     factorisations: int | None = None  # of an adaptive run that is implicit: LU decompositions
+
+    def __repr__(self) -> str:
+        counts = {"unknowns": self.unknowns, "rhs_evaluations": self.rhs_evaluations}
+        known = [f"{name}={count}" for name, count in counts.items() if count is not None]
+        times = {"setup": self.setup_s, "solve": self.solve_s, "checks": self.checks_s}
+        parts = [f"steps={self.steps}", *known, *(f"{name}={prefixed(taken, 's')}" for name, taken in times.items())]
+        return f"Cost({', '.join(parts)})"
 
 
 def instants_around(times: Array, start: float, end: float) -> tuple[float, float]:

@@ -61,7 +61,7 @@ class Ladder(Sequence[Candidate]):
         return tuple, (self._found,)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Choice:
     """The description chosen for a scene, its expected error, and the candidates beside it.
 
@@ -82,6 +82,10 @@ class Choice:
     def met(self) -> bool:
         """Whether the expected and the measured error lie within the tolerance."""
         return max(self.expected_error, self.measured_error or 0.0) <= self.tolerance
+
+    def __repr__(self) -> str:
+        relation = "within" if self.met else "not within"
+        return f"<Choice of {self.chosen!r}: expected error {self.expected_error:.2g}, {relation} {self.tolerance:g}>"
 
     def __str__(self) -> str:
         lines: list[str] = above("report.choice").choice_lines(self.document({}))

@@ -28,6 +28,11 @@ class EnergyEnds(NamedTuple):
     booked: dict[str, float]  # losses over the run
     by_contact: dict[str, float] | None = None  # those in contacts, of each that lost energy; None: not known
 
+    def __repr__(self) -> str:
+        lost = prefixed(sum(self.booked.values()), "J")
+        ends = f"initial={prefixed(self.initial, 'J')}, final={prefixed(self.final, 'J')}"
+        return f"EnergyEnds({ends}, work={prefixed(self.work, 'J')}, losses={lost})"
+
 
 MIN_ENERGY = 1e-290  # J: shares of a smaller one have no digits, as its parts are no normal floats
 DRIFT_ROUNDING = 1e-13  # of the energy of all bodies: a smaller difference of such energies is rounding

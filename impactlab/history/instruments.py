@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.errors import CaseError
-from impactlab.printing import at_most
+from impactlab.prefixes import prefixed_range
+from impactlab.printing import at_most, counted
 from impactlab.scene.instrument import Instrument
 from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array
@@ -55,6 +56,15 @@ class Measured(NamedTuple):
     time: Array  # (n,) s
     values: Array  # (n,), in the unit of the quantity
     overloaded: int  # samples beyond the range of the converter, which stay at its end
+
+    def __repr__(self) -> str:
+        if not len(self.time):
+            return "<Measured: no samples>"
+        beyond = f", {self.overloaded} beyond the range of the converter" if self.overloaded else ""
+        return (
+            f"<Measured: {counted(len(self.time), 'sample')} at {prefixed_range(self.time[0], self.time[-1], 's')}, "
+            f"{np.min(self.values):.4g} to {np.max(self.values):.4g}{beyond}>"
+        )
 
 
 def instrumented(scene: Scene) -> list[tuple[int, Probe]]:

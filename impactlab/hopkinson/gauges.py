@@ -14,7 +14,7 @@ from impactlab.hopkinson.offsets import warn_of_offsets, zeroed
 from impactlab.hopkinson.separation import GUARD, parted, same_length
 from impactlab.hopkinson.windows import THRESHOLD, cut, samples_above
 from impactlab.measurement.dispersion import Bar, expect_bar, shift
-from impactlab.measurement.inputs import above_zero, pair, warn, warn_samples, warn_unusual
+from impactlab.measurement.inputs import above_zero, pair, warn, warn_distance, warn_samples, warn_unusual
 from impactlab.types import Array
 
 HALF = 0.5  # of the largest transmitted strain: reached after its front, above noise and offsets
@@ -43,7 +43,7 @@ def measured(
     Parameters
     ----------
     incident_gauge, transmission_gauge : array_like
-        Strains, shape (n,) each, the first samples at one instant.
+        Strains, shape (n,) each, the first samples at one instant; or two signals that have these as ``values``.
     dt : float
         Time between samples [s].
     bar : Bar
@@ -72,9 +72,9 @@ def measured(
     DoubtfulResult
         If a wave at the specimen has not ended when the waves are cut, or where the record ends.
     UnusualValue
-        If a strain is above 2 %, ``dt`` above 10 us, or a signal differs from zero before the first pulse, without
-        ``zero``, by more than noise and 0.2 % of its largest value. If the transmitted wave reaches its gauge before
-        the incident one can, or has the other sign.
+        If a strain is above 2 %, ``dt`` above 10 us, a distance above 100 m, or a signal differs from zero before the
+        first pulse, without ``zero``, by more than noise and 0.2 % of its largest value. If the transmitted wave
+        reaches its gauge before the incident one can, or has the other sign.
 
     References
     ----------
@@ -86,6 +86,8 @@ def measured(
     for each in bars:
         expect_bar(each)
     ways = [above_zero("a distance to the specimen", each, "m") for each in pair("distances", distances)]
+    for way in ways:
+        warn_distance("the distance of a gauge from the specimen", way)
     far = [ways[0]] * 2
     if far_ends is not None:
         far = [above_zero("a distance to a far end", each, "m") for each in pair("far_ends", far_ends)]

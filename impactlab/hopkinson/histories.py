@@ -39,8 +39,9 @@ def bar_of(history: AbstractHistory, name: str, poisson: float = 0.3, dispersion
     waves = bodies[name].waves if isinstance(name, str) and name in bodies else None
     if waves is None or "strain" not in bodies[name].quantities or len(waves.segments) != 1:
         rods = [each for each, body in bodies.items() if body.waves is not None and "strain" in body.quantities]
+        there = name in bodies if isinstance(name, str) else True
         raise ImpactlabError(
-            f"'{name}' is not a rod with one segment",
+            f"'{name}' is not a rod with one segment" if there else f"there is no body '{name}' in this run",
             remedy=f"Name one of the rods: {', '.join(rods) or 'there are none'}.",
         )
     segment = waves.segments[0]

@@ -26,7 +26,9 @@ def zeroed(dt: float, interval: tuple[float, float], **signals: Array) -> list[A
     ImpactlabError
         If the interval holds no sample, or the first signal moves in it.
     """
-    start, end = (finite("a limit of the interval for zero", each, "s") for each in pair("zero", interval))
+    start, end = (
+        finite("a limit of the interval for zero", each, "s") for each in pair("zero", interval, "(0, 50e-6)")
+    )
     name, front = next(iter(signals.items()))
     time = dt * np.arange(len(front))
     inside = (time >= start) & (time <= end)

@@ -30,7 +30,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError
-from impactlab.measurement.inputs import above_zero, expect, finite, in_si, row_of_numbers, warn_outside, warn_size
+from impactlab.measurement.inputs import (
+    above_zero,
+    expect,
+    finite,
+    in_si,
+    row_of_numbers,
+    warn_outside,
+    warn_size,
+    warn_unusual,
+)
 from impactlab.prefixes import prefixed
 from impactlab.startup.lazy import lazy
 from impactlab.types import Array
@@ -43,6 +52,8 @@ MAX_D_OVER_WAVELENGTH = 2.0
 """Diameter over wavelength up to which the branch is followed: beyond, the wave is one of the surface."""
 START_SQUARED = 0.25  # (c/c0)^2 below the first branch for every Poisson's ratio: it ends at 0.30 (0.5) to 0.38 (0)
 WAVE_SPEEDS = (300.0, 20_000.0)  # m/s, of lead and of diamond with room on both sides
+MAX_METAL_SPEED = 6600.0  # m/s, of hard metal; ceramics and beryllium are faster, and lighter than
+MIN_METAL_DENSITY = 4000.0  # kg/m3
 DENSITIES = (500.0, 25_000.0)  # kg/m3, of wood and of osmium with room on both sides
 NEAR_ZERO = 1e-4  # of x: up to it three terms of the series hold to rounding
 MAX_NEWTON = 60  # 6 to 13 are taken
@@ -96,6 +107,11 @@ class Bar:
         warn_size("diameter of the bar", self.diameter)
         warn_outside("wave speed of the bar", self.wave_speed, "m/s", WAVE_SPEEDS, "'5 km/s'")
         warn_outside("density of the bar", self.density, "kg/m3", DENSITIES, "'7.85 g/cm^3'")
+        if self.wave_speed > MAX_METAL_SPEED and self.density > MIN_METAL_DENSITY:
+            warn_unusual(
+                f"no bar has a wave speed of {self.wave_speed:.6g} m/s and a density of {self.density:.6g} kg/m3. "
+                "The order is Bar(diameter, wave_speed, density)."
+            )
         if not isinstance(dispersion, str) or dispersion not in ("pochhammer", "love", "none"):
             raise ImpactlabError(
                 f"no dispersion {self.dispersion!r} of a bar", remedy="Give 'pochhammer', 'love' or 'none'."

@@ -21,7 +21,9 @@ units = lazy("impactlab.casefile.values.units")  # loaded by the first string
 MAX_SHOWN = 80  # characters of a value in a message
 MAX_STRAIN = 0.02  # of a bar: the strongest steels yield below 1 %, bars of polymers below 2 %
 MAX_SIZE = 0.5  # m, diameter of a bar, size of a specimen
+MAX_DISTANCE = 100.0  # m, from a gauge to an end of its bar: the longest bars have some 100 m
 MAX_INTERVAL = 10e-6  # s, between samples: a pulse of a striker of 0.25 m lasts ten of them
+MILLISECONDS = 0.02  # an interval above it is taken for one in us, a smaller one for one in ms
 
 
 def in_si(name: str, value: float | str, unit: str) -> float:
@@ -67,7 +69,7 @@ def above_zero(name: str, value: float | str, unit: str) -> float:
     return found
 
 
-def pair(name: str, values: Any) -> tuple[Any, Any]:
+def pair(name: str, values: Any, example: str = "(0.75, 0.5)") -> tuple[Any, Any]:
     """Return the two values of a pair.
 
     Raise `ImpactlabError` for one value, a text, or another number of values.
@@ -76,14 +78,15 @@ def pair(name: str, values: Any) -> tuple[Any, Any]:
     found = [*values] if several else []
     if len(found) != 2:
         given = f"{len(found)} value{'' if len(found) == 1 else 's'}" if several else _given(values)
-        raise ImpactlabError(f"{name}: {given} given. Allowed: a pair", remedy="Give two values, as in (0.75, 0.5).")
+        raise ImpactlabError(f"{name}: {given} given. Allowed: a pair", remedy=f"Give two values, as in {example}.")
     return found[0], found[1]
 
 
 def row_of_numbers(name: str, values: ArrayLike) -> Array:
-    """Return numbers as an array of any shape; raise `ImpactlabError` where they are none."""
+    """Return numbers as an array of any shape, of a signal its values; raise `ImpactlabError` where they are none."""
+    held = getattr(values, "values", None)  # of a signal that was read or measured
     try:
-        return np.asarray(values, float)
+        return np.asarray(held if isinstance(held, np.ndarray) else values, float)
     except (TypeError, ValueError):
         raise ImpactlabError(
             f"{name} is {_given(values)}; it must be a row of numbers",
@@ -102,7 +105,8 @@ def one_of(name: str, value: Any, allowed: Sequence[str]) -> str:
 def expect(given: object, kind: type, remedy: str) -> None:
     """Raise `ImpactlabError` unless a function was given an object of a class."""
     if not isinstance(given, kind):
-        raise ImpactlabError(f"a {kind.__name__} is needed, and {_given(given)} is given", remedy=remedy)
+        needed = kind.__name__.removeprefix("Abstract")
+        raise ImpactlabError(f"a {needed} is needed, and {_given(given)} is given", remedy=remedy)
 
 
 def _given(value: Any) -> str:
@@ -122,6 +126,15 @@ def warn_size(name: str, value: float) -> None:
         warn_unusual(
             f"the {name} is {value:.6g} m, and those of Hopkinson bars are below {MAX_SIZE:g} m. Lengths are in "
             f"metres: of {value:.6g} mm give {1e-3 * value:.6g}, or '{value:.6g} mm'."
+        )
+
+
+def warn_distance(name: str, value: float) -> None:
+    """Issue an `UnusualValue` for a distance [m] along a bar that is longer than any bar."""
+    if value > MAX_DISTANCE:
+        warn_unusual(
+            f"{name} is {value:.6g} m, and bars are shorter than {MAX_DISTANCE:g} m. Distances are in metres: of "
+            f"{value:.6g} mm give {1e-3 * value:.6g}, or '{value:.6g} mm'."
         )
 
 
@@ -146,9 +159,10 @@ def warn_samples(dt: float, *strains: Array) -> None:
             "multiply those in um/m by 1e-6."
         )
     if dt > MAX_INTERVAL:
+        unit, size = ("us", 1e-6) if dt > MILLISECONDS else ("ms", 1e-3)
         warn_unusual(
             f"the time between samples is {dt:.6g} s, longer than {1e6 * MAX_INTERVAL:g} us: pulses of Hopkinson bars "
-            f"last some 100 us. Times are in seconds: of {dt:.6g} us give {1e-6 * dt:.6g}."
+            f"last some 100 us. Times are in seconds: of {dt:.6g} {unit} give {size * dt:.6g}."
         )
 
 

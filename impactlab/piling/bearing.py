@@ -23,6 +23,7 @@ from impactlab.startup.lazy import above
 from impactlab.types import Array
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.figure import Figure
 
 
@@ -37,11 +38,20 @@ class BearingGraph:
     def __repr__(self) -> str:
         if not len(self.capacity):
             return "<BearingGraph without capacities>"
+        if len(self.capacity) == 1:
+            return f"<BearingGraph of 1 capacity, {prefixed(self.capacity[0], 'N')}: set {prefixed(self.set[0], 'm')}>"
         return (
             f"<BearingGraph of {len(self.capacity)} capacities, "
             f"{prefixed_range(self.capacity.min(), self.capacity.max(), 'N')}: sets "
             f"{prefixed_range(self.set.min(), self.set.max(), 'm')}>"
         )
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return set [m] and blow count [1/m] over capacity [N] as a table; ``.to_latex()`` prints it for a report."""
+        import pandas
+
+        index = pandas.Index(self.capacity, name="capacity [N]")
+        return pandas.DataFrame({"set [m]": self.set, "blows per metre [1/m]": self.blows_per_metre}, index=index)
 
     def plot(self) -> Figure:
         """Return the static capacity over the blow count as a figure."""

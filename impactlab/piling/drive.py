@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
@@ -25,6 +26,7 @@ from impactlab.startup.lazy import above
 from impactlab.types import Array
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.figure import Figure
 
 MAX_BLOWS = 10_000  # some minutes of runs
@@ -71,6 +73,14 @@ class Driving:
         """Return head and toe motion of each blow, and the residual forces of the last, as a figure."""
         made: Figure = above("report.figures.evaluations").driving(self)
         return made
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a row for each blow, by its number from 1: motion of head and toe [m], force left at the toe [N]."""
+        import pandas
+
+        rows = [(blow.head, blow.toe, math.nan if blow.toe_force is None else blow.toe_force) for blow in self.blows]
+        index = pandas.RangeIndex(1, len(rows) + 1, name="blow")
+        return pandas.DataFrame(rows, index, ["head [m]", "toe [m]", "force left at the toe [N]"])
 
     @property
     def set(self) -> float | None:

@@ -1,12 +1,11 @@
-"""Text for users: progress on standard error, summaries and listings as plain text."""
+"""Text for users: messages on standard error, summaries and listings as plain text."""
 
 from __future__ import annotations
 
-import contextlib
 import json
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from impactlab.history.advice import warning_lines
@@ -71,24 +70,6 @@ def print_json(document: Any) -> None:
     text = json.dumps(plain(document), indent=1, allow_nan=False, ensure_ascii=of_ascii)
     # File names may hold bytes that are not text.
     print(text.encode("utf-8", "backslashreplace").decode("utf-8"), flush=True)
-
-
-@contextlib.contextmanager
-def progress() -> Iterator[Callable[[str, float], None]]:
-    """Yield a function of (label, fraction done) that draws a progress bar.
-
-    The bar has the time left, and is drawn on a terminal only.
-    """
-    if not sys.stderr.isatty():
-        yield lambda _label, _fraction: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=1.0)
-        yield lambda label, fraction: bar.update(task, description=label, completed=fraction)
 
 
 def summary_text(summary: Mapping[str, Any]) -> str:

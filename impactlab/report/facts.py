@@ -42,6 +42,12 @@ def si(value: float, unit: str) -> str:
     return f"{value / shown.size:.4g}\N{NO-BREAK SPACE}{shown.label}"
 
 
+def si_range(low: float, high: float, unit: str) -> str:
+    """Return a range with the prefix of its larger end: ``-966.7 to 499.1 µstrain``."""
+    shown = scaled(unit.replace(" ", "·"), max(abs(low), abs(high)))
+    return f"{low / shown.size:.4g} to {high / shown.size:.4g}\N{NO-BREAK SPACE}{shown.label}"
+
+
 def scene_facts(scene: Scene, links: Collection[str] = ()) -> list[tuple[str, str]]:
     """Return bodies, contacts and scales of a scene as (name, words).
 

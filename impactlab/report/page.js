@@ -511,7 +511,7 @@ async function start() {
   };
 }
 async function drawPlots() { // one after the other, so that the page answers meanwhile
-  for (const plot of plots) { makePlot(plot); placeCursors(); await new Promise((done) => setTimeout(done)); }
+  for (const plot of plots) { makePlot(plot); await new Promise((done) => setTimeout(done)); placeCursors(); } // uPlot sets its scales after makePlot
   window.impactlab.drawn = performance.now();
 }
 start().then(drawPlots);

@@ -93,7 +93,7 @@ def _data(folder: Path, scene: Scene, data: Callable[[], None] | None) -> list[t
     ``history.nc`` is among them if it is to come.
     """
     known = [
-        ("history.nc", "channels, fields and case, for xarray and `impactlab report`"),
+        ("history.nc", "channels, fields and case, for xarray and the command impactlab report"),
         ("contacts.csv", "the periods of contact"),
         ("probes.csv", f"probes{' and contact forces' if len(scene.contacts) <= MAX_FORCES else ''} over time"),
     ]
@@ -162,7 +162,7 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
     for link in summary.get("links", ()):
         several = f" in {link['pieces']} pieces" if link["pieces"] > 1 else ""
         moved = "" if link["set"] is None else f"set {facts.si(link['set'], 'm')}, "
-        forces = f"force from {facts.si(link['smallest'], 'N')} to {facts.si(link['largest'], 'N')}"
+        forces = f"force from {facts.si_range(link['smallest'], link['largest'], 'N')}"
         sentences.append(
             f"{link['name'].replace('|', ' and ')}{several}: {moved}{forces}, {facts.si(link['loss'], 'J')} taken."
         )
@@ -172,9 +172,9 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
     sentences += [f"Collision of {each}." for each in met[:MAX_SENTENCES]]
     for channel, ranges in list(summary["probes"].items())[:MAX_SENTENCES]:
         quantity = channel.partition(":")[0]
-        low, high = (facts.si(ranges[name], UNITS.get(quantity, "1")) for name in ("min", "max"))
+        span = facts.si_range(ranges["min"], ranges["max"], UNITS.get(quantity, "1"))
         name = quantity.replace("_", " ").capitalize()
-        sentences.append(f"{name} of {in_words(place_in_words(channel))}: from {low} to {high}.")
+        sentences.append(f"{name} of {in_words(place_in_words(channel))}: from {span}.")
     errors = summary["errors"]
     if errors and errors["mass_displacement"]:  # an exact run does not differ from itself
         off = cell(100 * errors["mass_displacement"])

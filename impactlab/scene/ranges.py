@@ -53,6 +53,7 @@ COUNTS = Range(1e-12, 1e12)  # of numbers without a unit
 PERIODS_IN_A_STEP = 1e6  # times 1/omega of the highest frequency: its square, 1e12, stands beside 1 in one matrix
 WAVE_SPEED = Range(1e-6, 1e12)  # m/s
 SOLID = Range(300.0, 20_000.0)  # m/s, wave speeds of lead and of diamond with room on both sides
+MAX_SECTION = 20.0  # m2, of a rod or beam: large piles have some 7 m2; a diameter meant in mm has far more
 MAX_NAMES = 3  # of bodies in one sentence
 MAX_QUAKE = 0.2  # m; quakes at the toe of a pile reach a thirtieth of its diameter, some 0.1 m
 MAX_SPECIMEN = 0.5  # m, length of a specimen between bars
@@ -93,7 +94,7 @@ def is_solid(body: ElasticBody) -> bool:
 
 def hints_of(scene: Scene, laws: Mapping[str, Any]) -> Iterator[str]:
     """Yield a sentence for each value of a scene or law that looks wrong."""
-    for found in (lone_bodies, odd_speeds, odd_loads, odd_probes):
+    for found in (lone_bodies, odd_speeds, wide_sections, odd_loads, odd_probes):
         yield from found(scene)
     yield from odd_laws(scene, laws)
     yield from _weak_soil(scene, laws)
@@ -107,6 +108,17 @@ def odd_speeds(scene: Scene) -> Iterator[str]:
             yield (
                 f"bodies.{name}.material: the wave speed is {odd[0]:.4g} m/s, and that of solids lies between "
                 f"{SOLID.least:g} and {SOLID.most:g} m/s; is a unit missing, as in '210 GPa' or '7.85 g/cm^3'?"
+            )
+
+
+def wide_sections(scene: Scene) -> Iterator[str]:
+    """Yield a sentence for each body whose section is larger than that of any rod."""
+    for name, body in scene.elastic.items():
+        largest = max((piece.area for piece in body.segments), default=0.0)
+        if largest > MAX_SECTION:
+            yield (
+                f"bodies.{name}: the section is {largest:.4g} m2, rods have less than {MAX_SECTION:g} m2; is a unit "
+                "missing, as in diameter: 20 mm?"
             )
 
 

@@ -6,12 +6,16 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from impactlab.casefile.text.words import listed, shown
 from impactlab.errors import CaseError, closest
 from impactlab.history.arguments import END_ROUNDING
 from impactlab.history.base import AbstractHistory
 from impactlab.history.extremes import extremes
 from impactlab.history.units import UNITS
+from impactlab.prefixes import prefixed_range
+from impactlab.printing import counted
 from impactlab.scene.method import Method, is_exact
 from impactlab.scene.problem import Scene
 from impactlab.simulate.channels import probed
@@ -25,6 +29,13 @@ class Sampled(NamedTuple):
 
     channel: str
     times: Sequence[float]
+
+    def __repr__(self) -> str:
+        times = np.atleast_1d(np.asarray(self.times))
+        if times.dtype.kind not in "iuf" or not times.size:  # refused by `check_sampled`
+            return f"Sampled({self.channel!r}, {self.times!r})"
+        span = prefixed_range(times.min(), times.max(), "s")
+        return f"<Sampled {self.channel!r} at {counted(times.size, 'time')}, {span}>"
 
 
 class Extreme(NamedTuple):

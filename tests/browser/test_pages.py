@@ -51,6 +51,7 @@ def views(driver: webdriver.Chrome) -> list[Any]:
 def test_every_page_is_silent_alone_and_accessible(pages, browser, name):
     show(browser, pages[name])
     assert faults(browser) == []
+    assert "NaN" not in browser.execute_script("return document.body.innerText")  # values beside the curves
     browser.execute_script("impactlab.setTime(impactlab.state.time * 0.5)")
     assert console(browser) == []
     assert requests(browser) == []

@@ -15,6 +15,7 @@ from impactlab.errors import CaseError
 from impactlab.fits.correlation import correlations
 from impactlab.fits.filters import LowPass
 from impactlab.fits.model import Means
+from impactlab.fits.unknowns import Unknown, settings
 from tests.support import invoke
 
 pytestmark = pytest.mark.usefixtures("_no_figures")
@@ -54,6 +55,17 @@ def test_gain_offset_and_trigger_of_each_signal(case):
     assert found[f"shift of {FORCE}"].value == pytest.approx(7.4 * force.width, rel=1e-5)
     assert found[STIFFNESS].value == pytest.approx(2e8, rel=1e-5)
     assert len(found.parameters) == 5  # nothing of the second instrument is fitted
+
+
+def test_an_offset_of_strain_may_have_a_unit_of_strain():
+    signal = il.Signal(
+        "strain:rod@0.15", [0.0, 1e-6, 2e-6, 3e-6], [0.0, 0.0, 1e-5, 0.0], offset=("-50 um/m", "50 µstrain")
+    )
+    found = settings(signal, {}, "gauge")["offset"]
+    assert isinstance(found, Unknown)
+    assert (found.low, found.high) == pytest.approx((-5e-5, 5e-5))
+    with pytest.raises(CaseError, match=r"not a strain\. Allowed: a plain number, or a number and % or um/m"):
+        settings(replace(signal, offset=("-50 kN", "50 kN")), {}, "gauge")
 
 
 def test_samples_where_model_and_signal_are_zero_do_not_make_a_signal_look_clean(case, tmp_path):

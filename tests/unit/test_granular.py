@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import impactlab as il
-from impactlab.errors import ImpactlabError
+from impactlab.errors import CaseError, ImpactlabError, UnusualValue
 from impactlab.granular import (
     LONG_WAVE_FACTOR,
     LeadingWave,
@@ -39,6 +40,72 @@ def test_spheres() -> None:
         sphere_mass(-1.0, 7850.0)
     with pytest.raises(ImpactlabError, match=r"poisson 0\.6 is out of range"):
         sphere_stiffness(210e9, 0.6, 5e-3)
+
+
+def test_a_case_gives_spheres_in_place_of_a_stiffness() -> None:
+    """The closed form of two equal spheres; a rigid plane doubles K of a plane of the same material."""
+    body = il.Mass(sphere_mass("5 mm", "steel"), velocity=1.0)
+    equal: dict[str, Any] = {"radius": "5 mm", "other_radius": "5 mm", "material": "steel"}
+
+    def stiffness(given: dict[str, Any]) -> float:
+        law = {"kind": "hertz", "stiffness": given}
+        solve = {"duration": 1e-4, "tolerance": 1e-4}
+        case = il.Case(bodies={"a": body, "b": il.Mass(1.0)}, contacts=[il.Contact("a", "b", law)], solve=solve)
+        return float(case.simulation().method.laws["a|b"].stiffness)
+
+    assert stiffness(equal) == pytest.approx(210e9 * math.sqrt(2.0 * 5e-3) / (3.0 * 0.91), rel=1e-14)
+    plane = {"radius": 5e-3, "young": 210e9, "poisson": 0.3}
+    assert stiffness(plane) == pytest.approx(math.sqrt(2.0) * stiffness(equal), rel=1e-14)
+    assert stiffness(plane | {"other_young": 1e20}) == pytest.approx(2.0 * stiffness(plane), rel=1e-8)
+    for wrong, said in (
+        ({"radius": "5 mm"}, "Add material (steel, "),
+        ({**equal, "material": "stell"}, "Did you mean 'steel'?"),
+        ({**equal, "young": 1e9}, "material is given beside young or poisson"),
+        ({**equal, "other": 1.0}, "the key 'other' is not known here"),
+        ({**equal, "radius": "5 kg"}, "stiffness.radius: '5 kg' has a unit of another dimension"),
+    ):
+        with pytest.raises(CaseError, match=re.escape(said)):
+            stiffness(wrong)
+
+
+def test_spheres_need_the_power_of_hertz() -> None:
+    law = {"kind": "hertz", "stiffness": {"radius": "5 mm", "material": "steel"}, "exponent": 2.0}
+    with pytest.raises(CaseError, match=re.escape("the exponent is 2")):
+        il.Case(
+            bodies={"a": il.Mass(1.0, velocity=1.0), "b": il.Mass(1.0)},
+            contacts=[il.Contact("a", "b", law)],
+            solve={"duration": 1e-4, "tolerance": 1e-4},
+        )
+
+
+def test_the_radius_of_a_sphere_is_an_axis_of_sweeps_with_its_unit() -> None:
+    """The peak force of two masses grows as K^(2/5), so as the radius on a plane to the power 1/5."""
+    law = {"kind": "hertz", "stiffness": {"radius": "5 mm", "material": "steel"}}
+    case = il.Case(
+        bodies={"a": il.Mass(1.0, velocity=1.0), "b": il.Mass(1.0)},
+        contacts=[il.Contact("a", "b", law)],
+        solve={"duration": "1 ms", "tolerance": 1e-4},
+    )
+    found = il.sweep(case, {"contacts.0.law.stiffness.radius": ["5 mm", "10 mm"]}, quantities=["peak_force"])
+    small, large = found["peak_force"].values.ravel()
+    assert large / small == pytest.approx(2.0**0.2, rel=3e-4)  # both within the tolerance of 1e-4
+    assert found["contacts.0.law.stiffness.radius"].attrs["units"] == "m"
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: sphere_mass(7850, 0.005), "the radius of the sphere is 7850 m"),
+        (lambda: sphere_mass("5 mm", 7.85), "the density of the sphere is 7.85 kg/m3"),
+        (lambda: sphere_mass([5e-3, 5.0], 7850), "the radius of the sphere is 5 m"),
+        (lambda: sphere_stiffness(210, 0.3, 5e-3), "Young's modulus of the sphere is 210 Pa"),
+    ],
+)
+def test_exchanged_arguments_and_missing_units_of_spheres_are_warned_of_once(call, said) -> None:
+    with pytest.warns(UnusualValue, match=re.escape(said)) as seen:
+        call()
+    assert len(seen) == 1
+    assert "The order is sphere_" in str(seen[0].message)
 
 
 def test_the_factor_of_the_discrete_chain_and_of_the_long_wave() -> None:

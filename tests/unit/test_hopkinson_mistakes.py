@@ -10,8 +10,10 @@ import pytest
 from numpy import float64
 from numpy.typing import NDArray
 
+import impactlab as il
 from impactlab import hopkinson
-from impactlab.errors import ImpactlabError, UnusualValue
+from impactlab.errors import DoubtfulResult, ImpactlabError, UnusualValue
+from impactlab.history.instruments import Measured
 
 Array = NDArray[float64]
 DT = 1e-6
@@ -133,8 +135,35 @@ def test_waves_that_belong_together_are_usual() -> None:
 def test_a_time_between_samples_in_another_unit_is_warned_of_and_no_more() -> None:
     """One second between samples, in place of one microsecond: the first rise is less than a sample long."""
     one, two = gauges()
+    with pytest.warns(UnusualValue, match=r"of 0\.001 ms give 1e-06"), pytest.warns(DoubtfulResult):
+        hopkinson.measured(one, two, 1e-3, BAR, (0.75, 0.75), far_ends=(2.0, 2.0))
     with pytest.warns(UnusualValue, match="time between samples is 1 s, longer than 10 us"):
         test = hopkinson.measured(one, two, 1.0, BAR, (0.75, 0.75), far_ends=(2.0, 2.0))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UnusualValue)
         hopkinson.evaluate(test, hopkinson.Specimen(5e-3, 8e-3))
+
+
+def test_distances_in_millimetres_and_exchanged_arguments_of_a_bar_are_warned_of() -> None:
+    one, two = gauges()
+    with pytest.warns(UnusualValue, match="of 750 mm give 0.75"), pytest.raises(ImpactlabError, match="record ends"):
+        hopkinson.measured(one, two, DT, BAR, (750, 750))
+    with pytest.warns(UnusualValue, match=r"The order is Bar\(diameter, wave_speed, density\)"):
+        hopkinson.Bar(0.016, 7850.0, 5172.0)
+
+
+def test_signals_are_taken_for_their_values() -> None:
+    """As `il.read_signals` returns them, and as a history measures them."""
+    one, two = gauges()
+    signals = il.Signal("strain:a@0.75", TIME, one), Measured(TIME, two, 0)
+    test = hopkinson.measured(signals[0], signals[1], DT, BAR, (0.75, 0.75), far_ends=(2.0, 2.0))  # type: ignore[arg-type]
+    assert np.array_equal(test.transmitted, evaluated(one, two).transmitted)
+
+
+def test_a_run_without_the_bars_names_its_rods() -> None:
+    history = il.run(il.load_case("axial_impact").method("continuous"))
+    with pytest.raises(ImpactlabError, match="there is no body 'incident' in this run") as refused:
+        hopkinson.of_history(history)
+    assert "Name one of the rods: rod." in str(refused.value)
+    with pytest.raises(ImpactlabError, match="a History is needed"):
+        hopkinson.of_history("axial_impact")  # type: ignore[arg-type]

@@ -44,6 +44,16 @@ def test_bodies_that_no_contact_names_have_a_hint() -> None:
     assert hint.startswith("no contact includes 'wall', so nothing strikes it")
 
 
+def test_a_rod_with_all_sizes_in_millimetres_has_a_hint() -> None:
+    bodies = {"hammer": il.Mass(1.0, velocity=1.0), "rod": il.Rod(length=300, diameter=20, material="steel")}
+    case = il.Case(
+        bodies=bodies, contacts=[il.Contact("hammer", "rod.left")], solve={"duration": 1e-4, "tolerance": 1e-3}
+    )
+    (hint,) = case.hints
+    assert hint.startswith("bodies.rod: the section is 314.2 m2")
+    assert case.with_("bodies.rod.diameter", "20 mm").hints == ()
+
+
 def test_a_quake_of_metres_has_one_hint_for_all_pieces() -> None:
     case = il.load_case("smith_pile")
     assert case.hints == ()

@@ -10,11 +10,17 @@ from importlib import import_module
 import numpy as np
 import pytest
 
+import impactlab as il
 from impactlab import drilling, granular, hopkinson, piling
 from impactlab.derivatives.table import Sensitivities, Sensitivity
 from impactlab.fits.result import Fitted
-from impactlab.history.energy import EnergyBook
+from impactlab.history.base import BranchChange, Cost, Event
+from impactlab.history.choice import Choice
+from impactlab.history.energy import EnergyBook, EnergyEnds
+from impactlab.history.instruments import Measured
+from impactlab.scene.method import Method
 from impactlab.startup.lazy import public_names
+from impactlab.sweeps import Sampled
 
 PACKAGES = ("hopkinson", "piling", "drilling", "granular", "integrators", "simulate")
 
@@ -42,10 +48,10 @@ def test_help_documents_functions_that_are_imported_on_first_use() -> None:
 
 
 def test_modules_of_applications_need_no_import_of_their_own() -> None:
-    used = "il.granular.sphere_mass(1.0, 3.0), il.piling.blow.__name__, 'hopkinson' in dir(il)"
+    used = "il.granular.sphere_mass(1.0, 3000.0), il.piling.blow.__name__, 'hopkinson' in dir(il)"
     code = f"import impactlab as il; print({used})"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert ran.stdout.split() == [str(granular.sphere_mass(1.0, 3.0)), "blow", "True"]
+    assert ran.stdout.split() == [str(granular.sphere_mass(1.0, 3000.0)), "blow", "True"]
 
 
 def test_a_changed_list_does_not_change_the_names() -> None:
@@ -71,10 +77,18 @@ def test_reprs_of_results_with_arrays_are_one_line() -> None:
     assert repr(head).startswith("<Head of 1000 samples, 0 to 999 µs: largest force 4 MN, velocity 1.6 m/s")
     graph = piling.BearingGraph(np.array([1e6, 2e6]), np.array([10e-3, 2e-3]), np.array([100.0, 500.0]))
     assert repr(graph) == "<BearingGraph of 2 capacities, 1 to 2 MN: sets 2 to 10 mm>"
+    assert list(graph.to_pandas()["set [m]"]) == [10e-3, 2e-3]
+    assert graph.to_pandas().index.name == "capacity [N]"
+    one_graph = piling.BearingGraph(np.array([1.5e6]), np.array([10e-3]), np.array([100.0]))
+    assert repr(one_graph) == "<BearingGraph of 1 capacity, 1.5 MN: set 10 mm>"
+    driven = piling.Driving((one, one._replace(toe_force=None))).to_pandas()
+    assert list(driven.index) == [1, 2]
+    assert np.isnan(driven["force left at the toe [N]"][2])
     loop = drilling.Loop(t, 1e-3 * np.ones(n), 5e4 * np.ones(n), np.linspace(0.0, 146.6, n))
     assert repr(loop) == "<Loop of 1000 samples, 0 to 999 µs: penetration to 1 mm, force to 50 kN, work 146.6 J>"
     found = drilling.Efficiencies(np.array([1e7, 1e8]), np.array([0.5, 0.7]), *np.zeros((3, 2)))
     assert repr(found) == "<Efficiencies of 2 stiffnesses, 10 to 100 MN/m: the largest is 0.7 at 100 MN/m>"
+    assert found.to_pandas()["efficiency [1]"][1e8] == 0.7
     assert repr(granular.solitary_wave()).startswith("<SolitaryWave of exponent 1.5, 4096 points: C 0.9055")
 
 
@@ -90,6 +104,19 @@ def test_reprs_of_fits_and_sensitivities_have_units_and_intervals() -> None:
     assert repr(row) == "<Sensitivity of impulse a|b to bodies.a.mass: 2.6 N s/kg, error 0.1 N s/kg (tangent)>"
     assert repr(row._replace(derivative=nan, found="withheld")).endswith("bodies.a.mass: withheld>")
     assert repr(Sensitivities("case", (row,))).startswith("<Sensitivities of 'case'\n  quantity")
+    unopened = row._replace(quantity="first_opening", value=nan, derivative=nan, found="withheld", reason="closed")
+    assert str(Sensitivities("case", (row, unopened))).splitlines()[2:] == [  # a row without a value is a note alone
+        "first_opening a|b by bodies.a.mass: closed"
+    ]
+
+
+def test_the_repr_of_a_long_row_of_bodies_is_short() -> None:
+    bodies = {"striker": il.Mass(1.0, velocity=1.0), "bead": il.Mass(1.0, repeat=50)}
+    law = {"kind": "hertz", "stiffness": 1e9}
+    case = il.Case(
+        bodies=bodies, contacts=[il.Chain(["striker", "bead"], law)], solve={"duration": 1, "tolerance": 0.1}
+    )
+    assert "bead_7 (mass) and 43 more; 50 contacts" in repr(case)
 
 
 def test_the_repr_of_energies_has_their_balance() -> None:
@@ -105,3 +132,22 @@ def test_the_repr_of_energies_has_their_balance() -> None:
         "<EnergyBook of 2 bodies at 4 instants, 0 to 600 µs: total 15.78 J to 8.335 J, work 0 J, losses 7.445 J, "
         "largest gain 0 %>"
     )
+
+
+def test_reprs_of_records_of_a_run_have_units() -> None:
+    assert repr(Event(178.2e-6, "a|b", "open")) == "Event('a|b', open, time=178.2 µs)"
+    assert repr(Event(0.0, "a|b", "impulse", 2e-3)) == "Event('a|b', impulse, time=0 s, impulse=2 mN s)"
+    assert repr(BranchChange(5e-6, "a|b", "yielding")) == "BranchChange('a|b', yielding, time=5 µs)"
+    assert repr(EnergyEnds(5.0, 4.0, 0.5, {"contact": 1.0, "ends": 0.5})) == (
+        "EnergyEnds(initial=5 J, final=4 J, work=500 mJ, losses=1.5 J)"
+    )
+    assert repr(Cost(1e-3, 2e-5, 18)) == "Cost(steps=18, setup=1 ms, solve=20 µs, checks=0 s)"
+    assert repr(Cost(steps=9, rhs_evaluations=90, unknowns=4)).startswith("Cost(steps=9, unknowns=4, rhs_evaluations=9")
+    t = 1e-6 * np.arange(1000)
+    assert repr(Measured(t, 1e-3 * t / t[-1], 3)) == (
+        "<Measured: 1000 samples at 0 to 999 µs, 0 to 0.001, 3 beyond the range of the converter>"
+    )
+    assert repr(Sampled("strain:rod@0.1", t)) == "<Sampled 'strain:rod@0.1' at 1000 times, 0 to 999 µs>"
+    assert repr(Sampled("strain:rod@0.1", ())) == "Sampled('strain:rod@0.1', ())"
+    chosen = Choice(1e-3, Method({}, {}, None, None), "rigid bodies, 200 steps", 4e-4, "one resolution", (), 0.1)
+    assert repr(chosen) == "<Choice of 'rigid bodies, 200 steps': expected error 0.0004, within 0.001>"
