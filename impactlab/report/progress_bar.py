@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import sys
 import threading
+import time as clock
 from collections.abc import Callable, Iterator
 from multiprocessing import parent_process
 from typing import Any
@@ -54,45 +55,31 @@ def of_long_run(label: str, choosing: bool, given: Progress | None = None) -> It
             yield None
             return
         bar = _LateBar(label, choosing)
-        waiting = threading.Timer(SHOWN_AFTER_S, bar.start)
-        waiting.daemon = True
-        waiting.start()
         try:
             yield bar.show
         finally:
-            waiting.cancel()
-            waiting.join()  # no bar starts after this line
             bar.stop()
 
 
 class _LateBar:
-    """A bar that is drawn only if a run takes long."""
+    """A bar that is drawn only if a run takes long: it begins with the first report after that time."""
 
     def __init__(self, label: str, choosing: bool) -> None:
         self.label, self.choosing = label, choosing
-        self.runs, self.fraction = 0, 1.0
+        self.began, self.runs, self.fraction = clock.perf_counter(), 0, 1.0
         self.bar: Any = None
 
     def show(self, fraction: float) -> None:
         """Draw the fraction done; where it falls, another run of an automatic choice has begun."""
         self.runs += 1 if fraction < self.fraction else 0
         self.fraction = fraction
+        if self.bar is None and clock.perf_counter() - self.began >= SHOWN_AFTER_S:
+            self.bar = _bar()
+            self.task = self.bar.add_task("", total=1.0)
+            self.bar.start()
         if self.bar is not None:
-            self.bar.update(self.task, description=self.words, completed=fraction)
-
-    @property
-    def words(self) -> str:
-        """Return the text before the bar."""
-        if not self.runs:
-            return f"{self.label}: set-up"
-        return f"{self.label}: run {self.runs} of the automatic choice" if self.choosing else self.label
-
-    def start(self) -> None:
-        """Draw the bar from now on."""
-        bar = _bar()
-        self.task = bar.add_task(self.words, total=1.0, completed=self.fraction if self.runs else 0.0)
-        bar.start()
-        self.bar = bar
+            words = f"{self.label}: run {self.runs} of the automatic choice" if self.choosing else self.label
+            self.bar.update(self.task, description=words, completed=fraction)
 
     def stop(self) -> None:
         """Remove the bar."""
