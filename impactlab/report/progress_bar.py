@@ -8,7 +8,7 @@ import threading
 import time as clock
 from collections.abc import Callable, Iterator
 from multiprocessing import parent_process
-from typing import Any
+from typing import Any, Self
 
 from impactlab.types import Progress
 
@@ -23,20 +23,19 @@ def progress() -> Iterator[Callable[[str, float], None]]:
 
     The bar has the time left, and is drawn on a terminal only.
     """
-    with _free_terminal() as free:
-        if not free:
-            yield lambda _label, _fraction: None
-            return
+    if not _take_terminal():
+        yield lambda _label, _fraction: None
+        return
+    try:
         with _bar() as bar:
             task = bar.add_task("", total=1.0)
             yield lambda label, fraction: bar.update(task, description=label, completed=fraction)
+    finally:
+        _drawing.release()
 
 
-@contextlib.contextmanager
-def of_long_run(label: str, choosing: bool, given: Progress | None = None) -> Iterator[Progress | None]:
-    """Yield a function of the fraction done that draws a bar once a run has lasted `SHOWN_AFTER_S`.
-
-    It yields None where no terminal is attached, in a worker, and while another bar is drawn.
+class LateBar:
+    """A bar of a run from Python: it begins with the first report after `SHOWN_AFTER_S`.
 
     Parameters
     ----------
@@ -44,32 +43,14 @@ def of_long_run(label: str, choosing: bool, given: Progress | None = None) -> It
         Name of the case, before the bar.
     choosing : bool
         Whether an automatic choice is made: each of its runs is counted, as the bar begins again with each.
-    given : callable, optional
-        A function of the fraction done that is yielded instead; no bar is drawn.
     """
-    if given is not None:
-        yield given
-        return
-    with _free_terminal() as free:
-        if not free:
-            yield None
-            return
-        bar = _LateBar(label, choosing)
-        try:
-            yield bar.show
-        finally:
-            bar.stop()
-
-
-class _LateBar:
-    """A bar that is drawn only if a run takes long: it begins with the first report after that time."""
 
     def __init__(self, label: str, choosing: bool) -> None:
         self.label, self.choosing = label, choosing
         self.began, self.runs, self.fraction = clock.perf_counter(), 0, 1.0
         self.bar: Any = None
 
-    def show(self, fraction: float) -> None:
+    def __call__(self, fraction: float) -> None:
         """Draw the fraction done; where it falls, another run of an automatic choice has begun."""
         self.runs += 1 if fraction < self.fraction else 0
         self.fraction = fraction
@@ -81,22 +62,32 @@ class _LateBar:
             words = f"{self.label}: run {self.runs} of the automatic choice" if self.choosing else self.label
             self.bar.update(self.task, description=words, completed=fraction)
 
-    def stop(self) -> None:
-        """Remove the bar."""
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Remove the bar, so that another one may be drawn."""
         if self.bar is not None:
             self.bar.stop()
+        _drawing.release()
 
 
-@contextlib.contextmanager
-def _free_terminal() -> Iterator[bool]:
-    """Yield whether a bar may be drawn: on a terminal, by the main process and thread, without another bar."""
-    here = sys.stderr.isatty() and parent_process() is None and threading.current_thread() is threading.main_thread()
-    free = here and _drawing.acquire(blocking=False)
-    try:
-        yield free
-    finally:
-        if free:
-            _drawing.release()
+def of_long_run(
+    label: str, choosing: bool, given: Progress | None = None
+) -> LateBar | contextlib.nullcontext[Progress | None]:
+    """Return a context whose value takes the fraction done: ``given`` if it is, else a `LateBar`.
+
+    Its value is None where no bar may be drawn (`_take_terminal`).
+    """
+    return LateBar(label, choosing) if given is None and _take_terminal() else contextlib.nullcontext(given)
+
+
+def _take_terminal() -> bool:
+    """Take the lock where a bar may be drawn: on a terminal, by the main process and thread, without another bar."""
+    if not sys.stderr.isatty():
+        return False
+    here = parent_process() is None and threading.current_thread() is threading.main_thread()
+    return here and _drawing.acquire(blocking=False)
 
 
 def _bar() -> Any:

@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+import impactlab as il
 from impactlab.report import progress_bar
 
 
@@ -36,9 +37,19 @@ def test_a_long_run_says_which_run_of_the_choice_it_is(monkeypatch):
 
 def test_a_short_run_draws_nothing(monkeypatch):
     terminal = attached(monkeypatch)
-    with progress_bar.of_long_run("drop", choosing=False) as show:
-        show(0.5)
+    il.run(il.load_case("axial_impact").method("base"))
     assert terminal.getvalue() == ""
+
+
+def test_a_bar_is_removed_where_a_run_fails(monkeypatch):
+    attached(monkeypatch)
+    bodies = {"ball": il.Mass(1.0, velocity=1.0), "wall": il.Wall()}
+    solve = {"duration": 1.0, "integrator": {"kind": "central_difference"}, "step": {"dt": 0.1}}
+    law = {"kind": "penalty", "stiffness": 1e9}
+    with pytest.raises(il.CaseError):
+        il.run(il.Case(bodies=bodies, contacts=[il.Contact("ball", "wall", law)], solve=solve))
+    with progress_bar.of_long_run("next", choosing=False) as show:
+        assert show is not None
 
 
 def test_no_second_bar_is_drawn_beside_another_one(monkeypatch):
