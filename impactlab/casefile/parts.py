@@ -28,6 +28,7 @@ from impactlab.types import Relative
 
 SPHERE_MATERIALS = {"material": ("young", "poisson"), "other_material": ("other_young", "other_poisson")}
 """Names of materials of spheres, with the options that each stands for."""
+SPHERE_KEYS = {*SPHERE_MATERIALS, *(field.name for field in dataclasses.fields(Spheres))}
 
 
 def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry) -> Any:
@@ -53,9 +54,9 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
             given[field.name] = _read_inside(inside, f"{path}.{field.name}", group_inside, registry)
         if records_of(field) and inside is not None:
             given[field.name] = _read_record(inside, f"{path}.{field.name}", records_of(field))
-        if isinstance(inside, dict) and field.metadata.get("unit", "").endswith("^n"):
+        if isinstance(inside, dict) and not SPHERE_KEYS.isdisjoint(inside) and _has_power(field):
             given[field.name] = _of_spheres(inside, f"{path}.{field.name}", exponent_of(part, given))
-        if isinstance(inside, str) and field.metadata.get("unit", "").endswith("^n"):
+        if isinstance(inside, str) and _has_power(field):
             given[field.name] = _with_exponent(inside, f"{path}.{field.name}", field.metadata["unit"], part, given)
     try:
         return _made(part, model, given, path)
@@ -80,6 +81,11 @@ def _made(part: type[Any], model: type[BaseModel], given: Mapping[str, Any], pat
         raise
 
 
+def _has_power(field: dataclasses.Field[Any]) -> bool:
+    """Return whether the unit of a field has the power of the option ``exponent``."""
+    return str(field.metadata.get("unit", "")).endswith("^n")
+
+
 def exponent_of(part: Any, given: Mapping[str, Any]) -> Any:
     """Return the power in the unit of a part's stiffness, as a block gives it."""
     return given.get("exponent", getattr(part, "exponent", None))
@@ -90,11 +96,10 @@ def _of_spheres(block: Mapping[str, Any], path: str, n: Any) -> float:
     if n != EXPONENT:
         text = f"a stiffness by spheres is one of the power {EXPONENT:g}, and the exponent is {shown(n)}"
         raise CaseError(text, remedy=f"Leave exponent out, or give stiffness as a number in N/m^{n}.", path=path)
-    keys = [*SPHERE_MATERIALS, *(field.name for field in dataclasses.fields(Spheres))]
     for key in block:
-        if key not in keys:
-            text = f"the key {shown(key)} is not known here.{closest(str(key), keys)}"
-            raise CaseError(text, remedy=f"Allowed: {', '.join(keys)}.", path=f"{path}.{key}")
+        if key not in SPHERE_KEYS:
+            text = f"the key {shown(key)} is not known here.{closest(str(key), SPHERE_KEYS)}"
+            raise CaseError(text, remedy=f"Allowed: {', '.join(sorted(SPHERE_KEYS))}.", path=f"{path}.{key}")
     if not {"material", "young"} & set(block):
         remedy = f"Add material ({', '.join(MATERIALS)}), or young and poisson."
         raise CaseError("this key is missing", remedy=remedy, path=f"{path}.material")

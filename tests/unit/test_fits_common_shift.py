@@ -98,5 +98,5 @@ def test_the_command_takes_it(case, tmp_path, monkeypatch):
 
 
 def test_only_a_shift_is_common(case):
-    with pytest.raises(il.CaseError, match=r"gain of strain:bar@0.2: 'common': 'common' is not a number"):
+    with pytest.raises(il.CaseError, match=r"gain of strain:bar@0.2: 'common' is not a number"):
         il.fit(case, measured(case), BOUNDS, gain="common")

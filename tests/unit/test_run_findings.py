@@ -29,7 +29,7 @@ def test_the_page_and_the_summary_state_the_range_of_a_probe() -> None:
     probes = [il.Probe("b", 0.5, "stress")]
     case = il.Case(bodies=bars, contacts=[il.Contact("a.right", "b.left")], probes=probes, solve=solve)
     summary, *_ = api.summarised(case, il.run(case))
-    assert "Stress of b at 500 mm: from 0 Pa to 40 MPa." in [each.replace("\xa0", " ") for each in findings(summary)]
+    assert "Stress of b at 500 mm: from 0 to 40 MPa." in [each.replace("\xa0", " ") for each in findings(summary)]
     assert "  probe     stress:b@0.5: 0 to 4e+07 Pa" in summary_text(summary).splitlines()
 
 
