@@ -106,8 +106,8 @@ class Views:
         """Return a figure of probes, contact forces and displacements over time, or of some channels.
 
         ``history.plot("force:hammer|rod.left", "stress:rod@0.15", end=2e-4)`` draws two of them early in the run. Of
-        more than ten curves in a panel six have names, those furthest apart. Of more than 40 contacts 40 are drawn,
-        spread over the case.
+        more than ten curves in a panel six have names, those furthest apart. Of more than 40 contacts or probes
+        40 are drawn, spread over the case.
 
         Parameters
         ----------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -39,7 +39,33 @@ class BodyMotion:
         # N s, sum so far, positive to the right; of no contact first
         self.impulses = np.array([0.0, *itertools.accumulate(signs[span.contact] * span.impulse for span in spans)])
         self._velocities: dict[float, float | None] = {}  # m/s, by time: a collision reads each twice
+        self._read: dict[str, dict[float, float]] = {}  # values of the record by quantity and time
         self.recorded = frozenset(each for each in ("momentum", "energy", "velocity") if f"{each}:{name}" in channels)
+
+    def read_ahead(self, periods: Iterable[tuple[float, float]], *, energies: bool) -> None:
+        """Read the record for the speeds, and energies, at both ends of many periods [s] at once."""
+        wanted: dict[str, dict[float, None]] = {}
+        for period in periods if self.body.moves and not self.body.changes else ():
+            found: list[tuple[str, tuple[float, ...]] | None] = [
+                self._record_for(time) for time in period if not self.body.is_held and self._needs_record(time)
+            ]
+            # Not of exact runs: their quadratures over many intervals at once round in another order.
+            if energies and self.history.dt is not None and "energy" in self.recorded and self.body.elastic is not None:
+                start, end = max(0.0, period[0]), period[1]
+                found.append(("energy", self.history.recorded_around(f"energy:{self.name}", start, end)))
+            for quantity, instants in (each for each in found if each is not None):
+                wanted.setdefault(quantity, {}).update(dict.fromkeys(instants))
+        for quantity, times in wanted.items():
+            self._values(quantity, list(times))
+
+    def _values(self, quantity: str, times: Sequence[float]) -> list[float]:
+        """Return a recorded quantity of the body at some times [s]."""
+        known = self._read.setdefault(quantity, {})
+        missing = [time for time in times if time not in known]
+        if missing:
+            values = self.history.evaluate(missing, f"{quantity}:{self.name}").tolist()
+            known.update(zip(missing, values, strict=True))
+        return [known[time] for time in times]
 
     def speed(self, time: float) -> float | None:
         """Return the speed in a collision [m/s].
@@ -67,30 +93,44 @@ class BodyMotion:
         if not body.moves:
             return 0.0
         mass = body.moving_mass
-        begun = int(np.searchsorted(self.starts, time, side="right"))
-        by_record = not body.is_free or (begun > 0 and self.ends[begun - 1] > time)
-        if not by_record and not (self.links and time >= history.duration and "momentum" in self.recorded):
+        if not self._needs_record(time):
+            begun = int(np.searchsorted(self.starts, time, side="right"))
             impulse = ((mass * self.scene.gravity if body.falls else 0.0) + body.end_force) * time
             impulse += sum(float(load.sampled(self.scene.duration).impulse(np.array(time))) for _, load in body.loads)
             impulse += sum(sign * history.impulse_until(link, time) for link, sign in self.links.items())
             return body.velocity + (float(self.impulses[begun]) + impulse) / mass
+        found = self._record_for(time)
+        if found is None:
+            return None
+        quantity, instants = found
+        values = self._values(quantity, instants)
+        if quantity == "velocity":
+            return None if self._changes(values) else values[0]
+        now, *around = (momentum / mass for momentum in values)
+        return None if self._changes(around) else now
+
+    def _needs_record(self, time: float) -> bool:
+        """Return whether the impulses until a time [s] do not give the momentum of a body that moves."""
+        begun = int(np.searchsorted(self.starts, time, side="right"))
+        if not self.body.is_free or (begun > 0 and bool(self.ends[begun - 1] > time)):
+            return True
+        return bool(self.links) and time >= self.history.duration and "momentum" in self.recorded
+
+    def _record_for(self, time: float) -> tuple[str, tuple[float, float, float]] | None:
+        """Return the quantity of the record that gives a mean velocity, with the time and those around it [s]."""
+        history = self.history
         # The velocity of a rigid mass is recorded at more instants than its momentum, of which the last one is known.
-        if "velocity" in self.recorded and body.elastic is None and time < history.duration:
-            return self._recorded_velocity(time)
+        if "velocity" in self.recorded and self.body.elastic is None and time < history.duration:
+            rate, last = history.record_rate, history.duration
+            apart = 1.0 / rate if rate > 0.0 else 0.0
+            before, now, after = (min(max(0.0, t), last) for t in (time - apart, time, time + apart))
+            return "velocity", (now, before, after)
         if "momentum" not in self.recorded:
             return None
-        momentum = f"momentum:{self.name}"
-        around = history.recorded_around(momentum, time, time) if time < history.duration else (time, time)
-        now, *others = (history.evaluate([time, *around], momentum) / mass).tolist()
-        return None if self._changes(others) else float(now)
-
-    def _recorded_velocity(self, time: float) -> float | None:
-        """Return the velocity of the record [m/s], or None where it changes much between the instants around."""
-        rate, last = self.history.record_rate, self.history.duration
-        apart = 1.0 / rate if rate > 0.0 else 0.0
-        around = [min(max(0.0, t), last) for t in (time - apart, time, time + apart)]
-        values = self.history.evaluate(around, f"velocity:{self.name}").tolist()
-        return None if self._changes(values) else float(values[1])
+        around = (
+            history.recorded_around(f"momentum:{self.name}", time, time) if time < history.duration else (time,) * 2
+        )
+        return "momentum", (time, *around)
 
     def _changes(self, around: Sequence[float]) -> bool:
         """Return whether a velocity [m/s] changes too much between records to be known.
@@ -122,7 +162,7 @@ class BodyMotion:
             self._keeps_energy() and self._is_quiet(before, start) and self._is_quiet(end, after)
         ):
             return None
-        first, last = self.history.evaluate([before, after], energy).tolist()
+        first, last = self._values("energy", (before, after))
         return _without_rounding(last, first)
 
     def _keeps_energy(self) -> bool:

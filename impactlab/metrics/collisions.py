@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -63,27 +63,40 @@ def collisions(history: AbstractHistory, *, whole: bool = True) -> tuple[Collisi
 
     With ``whole=False`` their energies and gaps are not computed.
     """
-    scene, found = history.scene, []
+    scene = history.scene
     channels = frozenset(history.channels())  # once: a chain has thousands
     motions = {name: BodyMotion(history, name, channels) for name in scene.bodies}
     others = Others(history)  # once: a pair may collide thousands of times
     between: dict[tuple[str, str], list[str]] = {}
     for contact in scene.contacts:
         between.setdefault((contact.left.body, contact.right.body), []).append(contact.name)
-    for pair, names in between.items():
-        spans = sorted(history.spans_of(names), key=lambda span: span.start)
-        longest = memory(scene, pair)
-        group: list[ContactSpan] = []
-        until = -math.inf
-        for span in spans:
-            if group and span.start - until > longest:
-                found.append(_collision(motions, others, pair, group, whole))
-                group = []
-            group.append(span)
-            until = max(until, span.until(math.inf))
-        if group:
-            found.append(_collision(motions, others, pair, group, whole))
+    groups = [(pair, group) for pair, names in between.items() for group in _groups(history, pair, names)]
+    periods: dict[str, list[tuple[float, float]]] = {}
+    for pair, group in groups:
+        for name in pair:
+            periods.setdefault(name, []).append(_instants(group, history.duration))
+    for name, own in periods.items():
+        motions[name].read_ahead(own, energies=whole)
+    found = [_collision(motions, others, pair, group, whole) for pair, group in groups]
     return tuple(sorted(found, key=lambda each: each.start))
+
+
+def _groups(history: AbstractHistory, pair: Sequence[str], names: Sequence[str]) -> Iterator[list[ContactSpan]]:
+    """Yield the periods of contact of each collision of two bodies, in order of their starts."""
+    longest, group, until = memory(history.scene, pair), list[ContactSpan](), -math.inf
+    for span in sorted(history.spans_of(names), key=lambda span: span.start):
+        if group and span.start - until > longest:
+            yield group
+            group = []
+        group.append(span)
+        until = max(until, span.until(math.inf))
+    if group:
+        yield group
+
+
+def _instants(spans: Sequence[ContactSpan], last: float) -> tuple[float, float]:
+    """Return the instants just before a collision and at its end, or at that of the run [s]."""
+    return float(np.nextafter(spans[0].start, -1.0)), max(span.until(last) for span in spans)
 
 
 def memory(scene: Scene, pair: Sequence[str]) -> float:
@@ -97,12 +110,11 @@ def _collision(
     scene, history = others.scene, others.history
     start, last = spans[0].start, history.duration
     closed = any(span.end is None for span in spans)
-    until = last if closed else max(span.until(last) for span in spans)
+    before, until = _instants(spans, last)
     openings = [(a.end, b.start) for a, b in itertools.pairwise(spans) if a.end is not None and b.start > a.end]
     forces = [span.peak_force for span in spans if span.peak_force is not None]
     striker, other = _roles(scene, pair)
     sign = 1.0 if striker == pair[0] else -1.0  # the left body approaches with a positive velocity
-    before = float(np.nextafter(start, -1.0))
     speeds = [motions[name].speed(before) for name in (striker, other)]
     approach = _difference(speeds, sign)
     leaves = _difference([motions[name].speed(until) for name in (other, striker)], sign)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
 from impactlab.scene.facts import RoundTrip, field_acceleration
+from impactlab.types import Array
 
 MAX_NEAR_GAP = 0.10  # of the largest gap of the flight so far: a smaller minimum is nearly a contact
 MIN_CONTACT = 0.07  # round trips: a shorter contact nearly did not happen
@@ -20,6 +22,7 @@ OPENING_SAMPLES = 32  # of the gap of an opening
 SAMPLES = 512  # of the gap per round trip
 MAX_SAMPLES = 50_000  # of a flight
 MAX_RUN_SAMPLES = 1_000_000  # of all flights together
+MAX_TOGETHER = 20_000  # samples of several flights that are evaluated at once
 
 
 class MergedPeriod(NamedTuple):
@@ -39,11 +42,14 @@ def merged_periods(history: AbstractHistory, contact_name: str, quiet: float) ->
     spans = history.spans(contact_name)
     widest: float | None = None  # found where it is needed
     merged: list[MergedPeriod] = []
+    after = itertools.pairwise(spans)
+    open_for = [(a.end, b.start) for a, b in after if quiet > 0.0 and a.end is not None and b.start - a.end > quiet]
+    openings = _gaps(history, contact_name, [(*each, OPENING_SAMPLES) for each in open_for])
     for span in spans:
         last = merged[-1] if merged else None
         joined = last is not None and (last.end is None or span.start - last.end <= quiet)
         if last is not None and last.end is not None and not joined and quiet > 0.0:
-            opening = history.evaluate(np.linspace(last.end, span.start, OPENING_SAMPLES), f"gap:{contact_name}")
+            _, opening = next(openings)
             widest = history.largest(f"gap:{contact_name}") if widest is None else widest
             joined = bool(np.max(opening) <= MIN_FLIGHT * widest)
         if last is not None and joined:
@@ -95,14 +101,11 @@ def _missed_contact(
     history: AbstractHistory, contact_name: str, periods: Sequence[tuple[float, float]], round_trip: float
 ) -> str | None:
     """Return a text on the first flight after a contact whose faces nearly meet, or None."""
-    most = _most_samples(periods)
-    for number, (_, end) in enumerate(periods):
-        until = periods[number + 1][0] if number + 1 < len(periods) else history.duration
-        if end >= until:
-            continue
-        count = int(min(most, 16 + SAMPLES * (until - end) / round_trip))
-        t = np.linspace(end, until, count)
-        gap = history.evaluate(t, f"gap:{contact_name}")
+    most, flights = _most_samples(periods), []
+    for (_, end), (until, _) in itertools.pairwise([*periods, (history.duration, history.duration)]):
+        if end < until:
+            flights.append((end, until, int(min(most, 16 + SAMPLES * (until - end) / round_trip))))
+    for t, gap in _gaps(history, contact_name, flights):
         largest = np.maximum.accumulate(gap)
         inner = 1 + np.flatnonzero((gap[1:-1] < gap[:-2]) & (gap[1:-1] <= gap[2:]))
         # Faces may overlap while no force acts (laws that do not tie positions, soft springs): that is no flight; nor
@@ -132,6 +135,24 @@ def _most_samples(periods: Sequence[tuple[float, float]]) -> int:
     return min(MAX_SAMPLES, MAX_RUN_SAMPLES // max(1, len(periods)))
 
 
+def _gaps(
+    history: AbstractHistory, contact_name: str, flights: Sequence[tuple[float, float, int]]
+) -> Iterator[tuple[Array, Array]]:
+    """Yield instants [s] and gaps [m] of flights, each (samples,).
+
+    A flight has its beginning and end [s] and its number of samples. Those of many short flights are evaluated at once.
+    """
+    waiting: list[Array] = []
+    size = 0
+    for number, flight in enumerate(flights):
+        waiting.append(np.linspace(*flight))
+        size += flight[2]
+        if size >= MAX_TOGETHER or number == len(flights) - 1:
+            gaps = history.evaluate(np.concatenate(waiting), f"gap:{contact_name}")
+            yield from zip(waiting, np.split(gaps, np.cumsum([each.size for each in waiting])[:-1]), strict=True)
+            waiting, size = [], 0
+
+
 def grazing_impulse(history: AbstractHistory, contact_name: str, trip: RoundTrip, dt: float) -> str | None:
     """Return the text of the warning ``near_grazing`` for a law of impulses, or None.
 
@@ -147,19 +168,16 @@ def _slow_meeting(
     history: AbstractHistory, contact_name: str, periods: Sequence[tuple[float, float]], round_trip: float, dt: float
 ) -> str | None:
     """Return a text on the first contact whose faces come to rest together, or None."""
-    before, least = 0.0, _rounding(history)
-    most = _most_samples(periods)
-    for start, end in periods:
-        begin, before = before, end
-        if start - begin <= max(10.0 * dt, MIN_CONTACT * round_trip):
-            continue  # contacts in quick succession: chatter, not flights
-        count = int(min(16 + most, 16 + SAMPLES * (start - begin) / round_trip))
-        gap = history.evaluate(np.linspace(begin, start, count), f"gap:{contact_name}")
+    least, most, flights = _rounding(history), _most_samples(periods), []
+    for (_, begin), (start, _) in itertools.pairwise([(0.0, 0.0), *periods]):
+        if start - begin > max(10.0 * dt, MIN_CONTACT * round_trip):  # shorter ones are chatter, not flights
+            flights.append((begin, start, int(min(16 + most, 16 + SAMPLES * (start - begin) / round_trip))))
+    for t, gap in _gaps(history, contact_name, flights):
         rates = np.diff(gap)
         if np.max(gap) > least and 0.0 < -rates[-1] < MIN_MEETING_RATE * np.max(np.abs(rates)):
             share = -100.0 * rates[-1] / np.max(np.abs(rates))
             return (
-                f"{contact_name}: at {start:.6g} s the faces meet at {share:.2g} % of the speed of their flight; "
+                f"{contact_name}: at {t[-1]:.6g} s the faces meet at {share:.2g} % of the speed of their flight; "
                 "a small change of the case or of the method may keep them apart"
             )
     return None

@@ -97,14 +97,23 @@ def find_peak(
         grids.append(span.start + midpoints(span.until(history.duration) - span.start, per_span))
     t = np.concatenate(grids)
     t = t[(t >= 0.0) & (t <= history.duration)]
-    for start, end in left_out:
-        t = t[(t <= start) | (t >= end)]
+    t = outside(t, left_out)
     if not t.size:
         return Peak(0.0, 0.0)
     values = smooth_force(history, t, contact, hard)
     at = int(np.argmax(values))
     peak = Peak(float(t[at]), max(0.0, float(values[at])))
     return peak if history.dt is not None else _refined(history, name, t, values, left_out, peak)
+
+
+def outside(t: Array, intervals: Array) -> Array:
+    """Return those of times (n,) that lie in none of several intervals (k, 2) [s], or at their ends."""
+    if not intervals.size:
+        return t
+    starts, ends = intervals[np.argsort(intervals[:, 0], kind="stable")].T
+    begun = np.searchsorted(starts, t)  # that begin before each time: the latest end of these decides
+    latest = np.append(-math.inf, np.maximum.accumulate(ends))
+    return t[latest[begun] <= t]
 
 
 def _refined(history: AbstractHistory, name: str, t: Array, values: Array, left_out: Array, peak: Peak) -> Peak:
@@ -116,9 +125,10 @@ def _refined(history: AbstractHistory, name: str, t: Array, values: Array, left_
     order = np.argsort(t, kind="stable")
     t, values = t[order], values[order]
     before, after = np.append(t[0], t[:-1]), np.append(t[1:], t[-1])
-    for start, end in left_out:
-        before[t >= end] = np.maximum(before[t >= end], end)
-        after[t <= start] = np.minimum(after[t <= start], start)
+    if left_out.size:  # the last end up to a time, the first start from it on
+        starts, ends = np.sort(left_out, axis=0).T
+        before = np.maximum(before, np.append(-math.inf, ends)[np.searchsorted(ends, t, "right")])
+        after = np.minimum(after, np.append(starts, math.inf)[np.searchsorted(starts, t)])
     rising, falling = np.append(-math.inf, values[:-1]), np.append(values[1:], -math.inf)
     maxima = np.flatnonzero((values > 0.0) & (values >= rising) & (values >= falling))
     maxima = maxima[np.argsort(-values[maxima], kind="stable")[:MAX_MAXIMA]]

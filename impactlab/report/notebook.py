@@ -93,7 +93,7 @@ def plot_comparison(rows: Mapping[str, AbstractHistory], references: Mapping[str
     if not rows:
         raise ImpactlabError("no method ended, so there is nothing to draw", remedy="Print the comparison for reasons.")
     shown = signals.shown(traces(rows, references))
-    return signals_of(shown, shown[0].history.scene, compared=True)
+    return signals_of(shown, drawn_part(shown[0].history.scene).scene, compared=True)
 
 
 def plot_xt(history: AbstractHistory) -> Figure:

@@ -18,6 +18,7 @@ from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.midpoint import Midpoint
+from impactlab.metrics.body_motion import BodyMotion
 from impactlab.metrics.collision_texts import sentence, sentences
 from impactlab.metrics.collisions import agreements, collisions
 from impactlab.metrics.third_bodies import Periods
@@ -34,6 +35,31 @@ from impactlab.sweeps import quantities
 from impactlab.testing.scenes import in_a_row
 from tests.cases.support import case_of
 from tests.solving import in_steps, mesh
+
+
+def test_speeds_of_many_collisions_are_read_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bar with a spring at one end strikes a ball again and again: its momentum and energy are of the record."""
+    ends = {"right": {"spring": 1e7}}
+    bodies = {"ball": il.Mass(0.2, velocity=1.0)}
+    bodies["bar"] = il.Rod(length=0.1, diameter=0.02, material="steel", ends=ends)
+    bodies["wall"] = il.Wall()
+    law = {"kind": "penalty", "stiffness": 1e9}
+    contacts = [il.Contact("wall", "ball", law), il.Contact("ball", "bar.left", law, gap=1e-5)]
+    solve = in_steps(5e-3, "midpoint", mesh(20), dt=1e-6)
+    history = il.run(il.Case(bodies=bodies, contacts=contacts, solve=solve))
+    together, read = collisions(history), []
+    evaluate = type(history).evaluate
+
+    def counting(self: Any, t: Any, channel: str) -> Any:
+        read.append(channel)
+        return evaluate(self, t, channel)
+
+    monkeypatch.setattr(type(history), "evaluate", counting)
+    assert collisions(history) == together
+    at_once = len(read)
+    monkeypatch.setattr(BodyMotion, "read_ahead", lambda *_, **__: None)
+    assert collisions(history) == together
+    assert len(read) - at_once > at_once
 
 
 def test_impulses_of_periods_that_reach_into_a_time() -> None:

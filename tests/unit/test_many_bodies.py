@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from impactlab.api import reference_of
 from impactlab.casefile import build
 from impactlab.casefile import case as case_module
 from impactlab.errors import CaseError
+from impactlab.exact.results.history import ContinuousHistory
 from impactlab.exact.setup.build import junctions
 from impactlab.history.frame import frames, groups
 from impactlab.printing import counted
@@ -108,6 +110,43 @@ def test_a_page_draws_contacts_spread_over_the_case() -> None:
     assert all(point.body in part.bodies for contact in part.contacts for point in (contact.left, contact.right))
     assert words
     assert drawn_part(part) == (part, "")
+
+
+def test_a_page_draws_probes_spread_over_the_case() -> None:
+    """Beside a reference each probe is a panel: 500 took 36 s to draw."""
+    bodies = {"bar": il.Rod(length=1.0, diameter=0.02, material="steel", velocity=1.0), "wall": il.Wall()}
+    probes = [il.Probe("bar", 0.01 * i, "stress") for i in range(MAX_DRAWN + 20)]
+    solve = {"duration": "0.1 ms", "model": {"kind": "continuous"}}
+    scene = il.Case(bodies=bodies, contacts=[], probes=probes, solve=solve).scene()
+    part, words = drawn_part(scene)
+    assert len(part.probes) == MAX_DRAWN
+    assert (part.probes[0], part.probes[-1]) == (scene.probes[0], scene.probes[-1])
+    assert (part.bodies, part.contacts) == (scene.bodies, scene.contacts)
+    assert f"{MAX_DRAWN} of {MAX_DRAWN + 20} probes" in words
+
+
+def test_many_contacts_of_a_bar_are_read_and_drawn_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Warnings took 25 times as long as the solving, and the wave diagram 170 times: a call for each contact."""
+    calls: list[str] = []
+    evaluate = ContinuousHistory.evaluate
+
+    def counting(self: ContinuousHistory, t: Any, channel: str) -> Any:
+        calls.append(channel)
+        return evaluate(self, t, channel)
+
+    monkeypatch.setattr(ContinuousHistory, "evaluate", counting)
+    bar = il.Rod(length=0.1, diameter=0.02, material="steel", velocity=1.0)
+    bodies, hard = {"left": il.Wall(), "bar": bar, "right": il.Wall()}, {"kind": "addition_deletion"}
+    contacts = [il.Contact("left", "bar.left", hard, gap=1e-5), il.Contact("bar.right", "right", hard, gap=1e-5)]
+    run = il.run(il.Case(bodies=bodies, contacts=contacts, solve={"duration": 0.02, "model": {"kind": "continuous"}}))
+    assert len(calls) < 0.2 * len(run.contacts)
+    spans, (axis, *_) = run.contacts, run.plot_xt().axes
+    drawn, closings, openings = (line.get_xydata() for line in axis.lines)
+    assert len(spans) > 100
+    assert np.isfinite(drawn[:, 0]).all()
+    assert np.count_nonzero(np.isnan(drawn[:, 1])) == len(spans)  # each line ends there
+    assert drawn[::3, 1].tolist() == pytest.approx([1e3 * span.start for span in spans])
+    assert len(closings) + len(openings) == len(run.events)
 
 
 def test_a_page_of_many_rods_draws_the_beginning_of_their_row(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 import impactlab as il
 from impactlab.history.base import AbstractHistory
-from impactlab.metrics.peaks import find_peak, peak_force
+from impactlab.metrics.peaks import find_peak, outside, peak_force
 from tests.solving import run_case
 from tests.support import CASES
 
@@ -31,6 +31,16 @@ def pushed_against_a_wall(shift: float) -> AbstractHistory:
         contacts=[il.Contact("rod.right", "wall", {"kind": "penalty", "stiffness": 2e9})],
         solve={"duration": 1.9 * ROUND_TRIP, "model": {"kind": "continuous"}},
     )
+
+
+def test_times_outside_intervals_are_those_that_each_of_them_leaves() -> None:
+    """Also of intervals that overlap, that lie in each other, and that begin or end at a time."""
+    draw = np.random.default_rng(5)
+    for count in (0, 1, 2, 7):
+        intervals = np.sort(draw.integers(0, 40, (count, 2)), axis=1).astype(float)
+        t = draw.permutation(np.arange(-2.0, 42.0, 0.5))
+        left = [at for at in t if all(at <= start or at >= end for start, end in intervals)]
+        assert outside(t, intervals).tolist() == left
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.001, 0.0021, 0.0033])

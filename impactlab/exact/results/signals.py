@@ -144,19 +144,22 @@ class Signal:
         long run has more than its windows.
         """
         first, last = self.pieces(t0), self.pieces(t1)
-        each, _ = self._wholes(True)
+        each, _ = self._wholes(True)  # up to the last end: the sum of all that follow would be of no use
         ends = np.stack([first, np.maximum(last, first + 1)], axis=1).ravel()
-        sums = np.add.reduceat(np.append(each, 0.0), ends)[::2]
+        sums = np.add.reduceat(each[: int(ends.max()) + 1], ends)[::2]
         sums = np.where(last > first, sums, 0.0)
         y0, y1 = self.places(first, t0), self.places(last, t1)
         return np.asarray(sums - self._gauss(first, y0, True) + self._gauss(last, y1, True))
 
     def _wholes(self, square: bool) -> tuple[Array, Array]:
-        """Return the integral of a signal or its square over each piece, (pieces,), and the sums before."""
+        """Return the integral of a signal or its square over each piece and 0 at the end, and the sums before.
+
+        The shape of each is (pieces + 1,).
+        """
         if square not in self._kept:
             every = np.arange(len(self.stop))
             each = self._gauss(every, np.ones(len(every)), square)
-            self._kept[square] = each, np.concatenate([[0.0], np.cumsum(each)])
+            self._kept[square] = np.append(each, 0.0), np.concatenate([[0.0], np.cumsum(each)])
         return self._kept[square]
 
 

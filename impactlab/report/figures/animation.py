@@ -131,6 +131,7 @@ def _stage(axes: Axes, scene: Scene, motion: Motion, limits: dict[str, float]) -
     """Draw the bodies, each by its kind, and their names, which go with them."""
     place = _Place(scene, motion)
     tallest = max((piece.area for body in scene.elastic.values() for piece in body.segments), default=1.0)
+    on_left = {contact.left.body for contact in scene.contacts}
     steps: list[Step] = []
     names: list[tuple[float, str, Array | None]] = []  # middle, name, motion
     edges = [0.0, place.whole]
@@ -147,8 +148,9 @@ def _stage(axes: Axes, scene: Scene, motion: Motion, limits: dict[str, float]) -
             steps.append(_ball(axes, place, spot, u))
         else:
             width = (0.35 if isinstance(body, Wall) else 1.0) * place.icon
-            on_left = any(contact.left.body == name for contact in scene.contacts)
-            start = left + place.icon - width if on_left else left  # its face stands beside that of the next body
+            start = (
+                left + place.icon - width if name in on_left else left
+            )  # its face stands beside that of the next body
             steps.append(_icon(axes, place, start, width, body, u))
             middle = start + 0.5 * width
         if not spot.beside:

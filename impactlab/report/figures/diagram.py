@@ -103,19 +103,19 @@ def _draw_contacts(axis: Axes, history: AbstractHistory, scene: Scene, place: Un
     for contact in scene.contacts:
         side = contact.left if scene.bodies[contact.left.body].length else contact.right
         faces[contact.name] = (spots[side.body].x + side.x) / place.size
-    for span in (each for each in history.contacts if each.contact in faces):  # of many bodies some are drawn
-        ends = [span.start / time.size, span.until(scene.duration) / time.size]
-        axis.plot([faces[span.contact]] * 2, ends, color=INK, linewidth=1.6, solid_capstyle="butt", clip_on=False)
-    for event in history.events:
-        if event.kind != "impulse" and event.contact in faces:
-            fill = INK if event.kind == "close" else PAPER
-            axis.plot(
-                faces[event.contact],
-                event.time / time.size,
-                "o",
-                color=INK,
-                markerfacecolor=fill,
-                markersize=4,
-                markeredgewidth=0.9,
-                clip_on=False,
-            )
+    spans = [span for span in history.contacts if span.contact in faces]  # of many bodies some are drawn
+    ends = np.array([(span.start, span.until(scene.duration), np.nan) for span in spans]).reshape(-1, 3) / time.size
+    places = np.repeat([faces[span.contact] for span in spans], 3)  # NaN ends a line: one artist for all
+    axis.plot(places, ends.ravel(), color=INK, linewidth=1.6, solid_capstyle="butt", clip_on=False)
+    for kind, fill in (("close", INK), ("open", PAPER)):
+        events = [event for event in history.events if event.kind == kind and event.contact in faces]
+        axis.plot(
+            [faces[event.contact] for event in events],
+            [event.time / time.size for event in events],
+            "o",
+            color=INK,
+            markerfacecolor=fill,
+            markersize=4,
+            markeredgewidth=0.9,
+            clip_on=False,
+        )

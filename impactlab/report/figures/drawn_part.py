@@ -1,7 +1,7 @@
 """The drawn part of a scene with many contacts.
 
 It has contacts spread over the scene, and their bodies; of many rods it has those at the beginning of the row, so that
-waves can be followed from one to the next.
+waves can be followed from one to the next. Of many probes it has some, too.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from impactlab.history.energy import EnergyBook
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
-MAX_DRAWN = 40  # contacts of a page: a figure of more is no longer read
+MAX_DRAWN = 40  # contacts, and probes, of a page: a figure of more is no longer read
 MAX_RODS = 250  # contacts of a row of rods: the waves in shorter rods would be no wider than a line
 
 
@@ -51,13 +51,14 @@ def drawn_part(scene: Scene) -> DrawnPart:
     """Return the part of a scene that is drawn.
 
     It has at most `MAX_DRAWN` contacts, the bodies that they join, those of probes and all rods and beams; where these
-    are more than `MAX_DRAWN` themselves, it has the first `MAX_RODS` contacts.
+    are more than `MAX_DRAWN` themselves, it has the first `MAX_RODS` contacts. It has at most `MAX_DRAWN` probes.
     """
+    scene, fewer_probes = _some_probes(scene)
     count, is_row = len(scene.contacts), len(scene.elastic) > MAX_DRAWN
     most = MAX_RODS if is_row else MAX_DRAWN
     if count <= most:
-        return DrawnPart(scene, "")
-    numbers = range(most) if is_row else np.unique(np.linspace(0, count - 1, most).round().astype(int))
+        return DrawnPart(scene, fewer_probes)
+    numbers = range(most) if is_row else _spread(count, most)
     contacts = tuple(scene.contacts[number] for number in numbers)
     named = {point.body for contact in contacts for point in contact.faces} | {probe.body for probe in scene.probes}
     named |= set() if is_row else set(scene.elastic)
@@ -67,4 +68,21 @@ def drawn_part(scene: Scene) -> DrawnPart:
         f"{len(contacts)} of {count} contacts and {len(bodies)} of {len(scene.bodies)} bodies, {which}; "
         "summary.json, contacts.csv and history.npz have all"
     )
-    return DrawnPart(dataclasses.replace(scene, contacts=contacts, bodies=bodies), words)
+    left_out = ". ".join(each for each in (words, fewer_probes) if each)
+    return DrawnPart(dataclasses.replace(scene, contacts=contacts, bodies=bodies), left_out)
+
+
+def _some_probes(scene: Scene) -> DrawnPart:
+    """Return a scene with at most `MAX_DRAWN` of its probes, spread over the case."""
+    count = len(scene.probes)
+    if count <= MAX_DRAWN:
+        return DrawnPart(scene, "")
+    probes = tuple(scene.probes[number] for number in _spread(count, MAX_DRAWN))
+    words = f"{MAX_DRAWN} of {count} probes, spread over the case; probes.csv and history.npz have all"
+    return DrawnPart(dataclasses.replace(scene, probes=probes), words)
+
+
+def _spread(count: int, most: int) -> list[int]:
+    """Return so many numbers, spread over those below a count."""
+    numbers: list[int] = np.unique(np.linspace(0, count - 1, most).round().astype(int)).tolist()
+    return numbers

@@ -35,11 +35,13 @@ class BodyPlace(NamedTuple):
 
 def layout(scene: Scene) -> dict[str, BodyPlace]:
     """Return the place of every body: rows of bodies in contact, one after the other."""
-    left, spots = dict.fromkeys(scene.bodies), {}
+    spots: dict[str, BodyPlace] = {}
     total = sum(body.length for body in scene.bodies.values()) or 1.0
     start = 0.0
-    while left:
-        row = _row(scene, _first(scene, left))
+    for first in _beginnings(scene):
+        if first in spots:
+            continue
+        row = _row(scene, first)
         long = {name: spot for name, spot in row.items() if not spot.beside}
         low = min(spot.x for spot in long.values())
         few = min(spot.icons for spot in long.values())
@@ -53,15 +55,14 @@ def layout(scene: Scene) -> dict[str, BodyPlace]:
                 spots[name] = spot._replace(x=end + LANE * total if scene.bodies[name].length else end)
                 end = spots[name].x + scene.bodies[name].length
         start = end + LANE * total
-        left = {name: None for name in left if name not in spots}
     return spots
 
 
-def _first(scene: Scene, left: Mapping[str, Any]) -> str:
-    """Return the body that begins a row: a beam, else one with nothing on its left."""
-    beams = [name for name in left if scene.bodies[name].bends]
-    free = [name for name in left if all(contact.right.body != name for contact in scene.contacts)]
-    return [*beams, *free, *left][0]
+def _beginnings(scene: Scene) -> list[str]:
+    """Return the bodies in the order in which they begin rows: beams, those with nothing on their left, all."""
+    on_right = {contact.right.body for contact in scene.contacts}
+    beams = [name for name, body in scene.bodies.items() if body.bends]
+    return [*beams, *(name for name in scene.bodies if name not in on_right), *scene.bodies]
 
 
 def _row(scene: Scene, first: str) -> dict[str, BodyPlace]:
@@ -69,7 +70,7 @@ def _row(scene: Scene, first: str) -> dict[str, BodyPlace]:
     row, queue = {first: BodyPlace(0.0, 0, 0.0)}, deque([first])
     while queue:
         name = queue.popleft()
-        for contact in scene.contacts:
+        for _, contact in scene.met_by(name):
             for here, there, side in ((contact.left, contact.right, 1), (contact.right, contact.left, -1)):
                 if here.body != name or there.body in row:
                     continue
@@ -141,7 +142,7 @@ def frames(history: AbstractHistory, scene: Scene) -> Frames:
 
 
 def _frames(history: AbstractHistory, scene: Scene) -> Frames:
-    times = frame_times(scene.duration)
+    times, recorded = frame_times(scene.duration), _displacements(history)
     made: Frames = {}
     for name, body in scene.bodies.items():
         if not body.moves:
@@ -150,7 +151,9 @@ def _frames(history: AbstractHistory, scene: Scene) -> Frames:
             nodes = PLACES if isinstance(body, Beam) else NODES
             u = sampled_field(history, body, times, "displacement", nodes)
             load = u if isinstance(body, Beam) else sampled_field(history, body, times, shown_load(body), PLACES)
-            made[name] = {"u": _faces(history, body, times) if u is None else u, "load": load}
+            if u is None:
+                u = _faces(history, body, times, recorded.get(name, {}))
+            made[name] = {"u": u, "load": load}
         else:
             u = None if isinstance(body, MechanismBody) else sampled(history, body.face_channel(0.0), times)
             made[name] = {"u": None if u is None else u[:, None], "load": None}
@@ -169,17 +172,23 @@ def sampled_field(
     return np.array([np.interp(x, known, row) for row in values])
 
 
-def _faces(history: AbstractHistory, body: ElasticBody, times: Array) -> Array | None:
-    """Return the displacement of a body from its recorded faces [m].
-
-    It is straight between them.
-    """
-    known: dict[float, Array] = {}
+def _displacements(history: AbstractHistory) -> dict[str, dict[float, str]]:
+    """Return the channels of displacements by body and place [m]."""
+    found: dict[str, dict[float, str]] = {}
     for channel in history.channels():
         quantity, _, rest = channel.partition(":")
         name, _, at = rest.rpartition("@")
-        if quantity == "displacement" and name == body.name:
-            known[float(at)] = history.evaluate(times, channel)
+        if quantity == "displacement" and name:
+            found.setdefault(name, {})[float(at)] = channel
+    return found
+
+
+def _faces(history: AbstractHistory, body: ElasticBody, times: Array, channels: Mapping[float, str]) -> Array | None:
+    """Return the displacement of a body from those of its recorded faces, by place [m].
+
+    It is straight between them.
+    """
+    known = {x: history.evaluate(times, channel) for x, channel in channels.items()}
     known |= {x: np.zeros(times.size) for x, end in body.ends if end.kind in ("clamped", "pinned")}
     places = sorted(known)
     if not places:
