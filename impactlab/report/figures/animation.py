@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -20,10 +20,11 @@ from impactlab.history.sampling import frame_times
 from impactlab.prefixes import Unit, scaled
 from impactlab.report.figures import mechanism
 from impactlab.report.figures.diagram import MEANING, name_bodies
+from impactlab.report.figures.drawn_part import drawn_part
 from impactlab.report.figures.signals import UNITS
 from impactlab.report.figures.stage import BodyPlace, frames, layout, shown_load
 from impactlab.report.figures.style import GRID, INK, LETTER, MUTED, PALETTE, PAPER, clock, drawn
-from impactlab.scene.bodies import Body, ElasticBody, Wall
+from impactlab.scene.bodies import ElasticBody, Wall
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
@@ -82,7 +83,7 @@ def film(history: AbstractHistory) -> tuple[Figure, Step, int]:
         steps.append(_waves(below, scene, loads, limits, time))
         _scales(figure, below, limits)
     else:
-        steps.append(_forces(below, history, scene, time))
+        steps.append(_forces(below, history, drawn_part(scene).scene, time))
     title = history.case.title if history.case is not None else scene.name
     figure.text(0.09, 0.95, title, color=INK, fontsize=10.5, weight="bold", va="center")
     digits = max(0, 2 - math.floor(math.log10(scene.duration / time.size)))
@@ -133,6 +134,7 @@ def _stage(axes: Axes, scene: Scene, motion: Motion, limits: dict[str, float]) -
     tallest = max((piece.area for body in scene.elastic.values() for piece in body.segments), default=1.0)
     on_left = {contact.left.body for contact in scene.contacts}
     steps: list[Step] = []
+    masses: list[tuple[float, Array | None]] = []  # left side, motion
     names: list[tuple[float, str, Array | None]] = []  # middle, name, motion
     edges = [0.0, place.whole]
     for name, body in scene.bodies.items():
@@ -151,13 +153,17 @@ def _stage(axes: Axes, scene: Scene, motion: Motion, limits: dict[str, float]) -
             start = (
                 left + place.icon - width if name in on_left else left
             )  # its face stands beside that of the next body
-            steps.append(_icon(axes, place, start, width, body, u))
+            if isinstance(body, Wall):
+                steps.append(_wall(axes, place, start, width, u))
+            else:
+                masses.append((start, u))
             middle = start + 0.5 * width
         if not spot.beside:
             room, moved = 0.25 * place.icon, np.zeros(1) if shift is None else place.factor * shift
             edges += [left + min(0.0, float(moved.min())) - room]
             edges += [left + (body.length or place.icon) + max(0.0, float(moved.max())) + room]
             names.append((middle, name, shift))
+    steps += [_masses(axes, place, masses)] if masses else []
     axes.set_xlim(min(edges), max(edges))
     steps += _names(axes, place, names)
     axes.set_ylim(-0.95, 0.75)
@@ -248,22 +254,34 @@ def _elastic(axes: Axes, corners: Corners, load: Array | None, limit: float) -> 
     return step
 
 
-def _icon(axes: Axes, place: _Place, start: float, width: float, body: Body, u: Array | None) -> Step:
-    """Draw a mass or a wall."""
+def _wall(axes: Axes, place: _Place, start: float, width: float, u: Array | None) -> Step:
     from matplotlib.patches import Rectangle
 
-    wall = isinstance(body, Wall)
-    height = 0.55 if wall else 0.4
-    inside, edge = (PAPER, INK) if wall else (INK, PAPER)
-    patch = Rectangle((start, -height), width, 2.0 * height, facecolor=inside, edgecolor=edge, linewidth=1.1)
-    if wall:
-        patch.set_hatch("////")
+    patch = Rectangle((start, -0.55), width, 1.1, facecolor=PAPER, edgecolor=INK, linewidth=1.1, hatch="////")
     patch.set_gid(MOVING)
     axes.add_patch(patch)
 
     def step(number: int) -> None:
         if u is not None:
             patch.set_x(start + place.factor * float(u[number, 0]))
+
+    return step
+
+
+def _masses(axes: Axes, place: _Place, masses: Sequence[tuple[float, Array | None]]) -> Step:
+    """Draw all masses, from their left sides and motions, as one artist: a chain has thousands."""
+    from matplotlib.collections import PolyCollection
+
+    lefts = np.array([start for start, _ in masses])
+    still = np.zeros(len(next((u for _, u in masses if u is not None), [0])))
+    moved = place.factor * np.stack([still if u is None else u[:, 0] for _, u in masses])  # (masses, frames)
+    corners = np.array([(0.0, -0.4), (place.icon, -0.4), (place.icon, 0.4), (0.0, 0.4)])
+    boxes = PolyCollection([], facecolors=INK, edgecolors=PAPER, linewidths=1.1, gid=MOVING)
+    axes.add_collection(boxes)
+
+    def step(number: int) -> None:
+        at = lefts + moved[:, min(number, moved.shape[1] - 1)]
+        boxes.set_verts(list(corners + np.stack([at, np.zeros_like(at)], axis=1)[:, None, :]))
 
     return step
 
@@ -327,7 +345,7 @@ def _scales(figure: Figure, axes: Axes, limits: dict[str, float]) -> None:
 
 
 def _forces(axes: Axes, history: AbstractHistory, scene: Scene, time: Unit) -> Step:
-    """Draw the contact forces up to a frame, where no fields are known."""
+    """Draw the contact forces up to a frame, where no fields are known; of many contacts those of a drawn part."""
     times = frame_times(scene.duration, PER_FRAME)
     lines, largest, least = [], 0.0, 0.0
     for number, contact in enumerate(scene.contacts):
