@@ -58,8 +58,8 @@ from impactlab.metrics import norms
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
+from impactlab.refine.descriptions import suitable
 from impactlab.refine.descriptions.rods import modelled_as
-from impactlab.refine.descriptions.suitable import for_choice
 from impactlab.refine.references.reference import find
 from impactlab.refine.references.reference_record import Reference
 from impactlab.refine.references.stated_error import METRICS
@@ -274,7 +274,7 @@ def others(asked: Asked, reference: Reference, dearest: float) -> list[Rival]:
     linked = any(law.two_sided for law in scene.method.laws.values())  # its code is compiled for every run
     sizes_of = SIZES[::4] if linked else SIZES
     makes = [(name, make, SIZES[:1] if name == "exact" else sizes_of) for name, make in OTHERS.items()]
-    for description in for_choice(scene)[0]:
+    for description in suitable.in_turn(scene)[0]:
         if description.unit:
             sizes = tuple(description.whole(max(2, round(description.min_fineness * size / 20))) for size in SIZES)
             makes.append((description.name, lambda _scene, n, make=description.simulation: make(n), sizes))

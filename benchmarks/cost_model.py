@@ -29,7 +29,7 @@ from impactlab.errors import ImpactlabError
 from impactlab.refine.descriptions import cost
 from impactlab.refine.descriptions.beams import continuous
 from impactlab.refine.descriptions.description import Description
-from impactlab.refine.descriptions.suitable import for_choice, stepped
+from impactlab.refine.descriptions.suitable import in_turn, stepped
 from impactlab.scene import Beam, BeamSegment, Body, Contact, End, Mass, Point, Rayleigh, Rod, Segment, Wall
 from impactlab.scene.facts import beams_of
 from impactlab.scene.method import Simulation, StepRule
@@ -93,7 +93,7 @@ def main() -> None:
     least = min(measured(description, given.repeats) for description in coarsest())
     for scene in scenes():
         grids = continuous(scene) if beams_of(scene.scene) else None
-        known = [*stepped(scene), *(each for each in for_choice(scene)[0] if each.unit), *([grids] if grids else [])]
+        known = [*stepped(scene), *(each for each in in_turn(scene)[0] if each.unit), *([grids] if grids else [])]
         for description in known:
             for fineness in FINENESS:
                 predicted = description.seconds(fineness)
@@ -125,7 +125,7 @@ def main() -> None:
 def coarsest() -> Iterator[Description]:
     """Give the descriptions of the choice whose runs take the fewest steps."""
     for scene in scenes():
-        yield from (each for each in for_choice(scene)[0] if each.unit and each.work(each.min_fineness)[0] < 300.0)
+        yield from (each for each in in_turn(scene)[0] if each.unit and each.work(each.min_fineness)[0] < 300.0)
 
 
 def measured(description: Description, repeats: int) -> float:

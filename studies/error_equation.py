@@ -17,7 +17,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from impactlab.errors import ImpactlabError
-from impactlab.refine.descriptions.suitable import for_choice
+from impactlab.refine.descriptions.suitable import in_turn
 from impactlab.refine.errors.distances import counted, distances
 from impactlab.refine.errors.level_errors import resolves_contacts
 from impactlab.refine.errors.one_run import error_alone
@@ -39,7 +39,7 @@ def rows_of(kind: str, seed: int, number: int) -> Iterator[tuple[str, float, flo
     """
     case = case_for(draw(kind, seed, number).doc)
     request = Simulation(*case.simulation())
-    description = next((each for each in for_choice(request)[0] if math.isfinite(each.alone)), None)
+    description = next((each for each in in_turn(request)[0] if math.isfinite(each.alone)), None)
     if description is None:
         return
     for fineness in FINENESS[kind]:
