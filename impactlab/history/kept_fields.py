@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from impactlab.errors import ImpactlabError
-from impactlab.history.base import FIELD_POINTS, AbstractHistory
+from impactlab.history.arguments import places_on
+from impactlab.history.base import FIELD_POINTS, AbstractHistory, Field
 from impactlab.history.sampling import frame_times, places_in_file
 from impactlab.scene.bodies import Body, ElasticBody
 from impactlab.scene.problem import Scene
@@ -24,12 +26,19 @@ class BodyFields(NamedTuple):
     x: Array  # (m,) m
     values: dict[str, Array]  # quantity -> (n, m)
 
-    def number_at(self, t: float, slack: float) -> int | None:
-        """Return the number of the instant t [s], which may differ by the ``slack`` [s]; None where none is kept."""
-        near = np.flatnonzero(np.abs(self.times - t) <= slack)
-        return int(near[0]) if near.size else None
+    def field(self, body: Body, t: float, quantity: str, x: ArrayLike | None, slack: float) -> Field | None:
+        """Return a quantity along a body at the instant t [s], which may differ by the ``slack`` [s]; None: not kept.
 
-    def row(self, body: Body, quantity: str, number: int) -> Array | None:
+        Between the places kept it lies on lines.
+        """
+        near = np.flatnonzero(np.abs(self.times - t) <= slack)
+        values = self._row(body, quantity, int(near[0])) if near.size else None
+        if values is None or x is None:
+            return None if values is None else Field(self.x, values)
+        places = places_on(body, x)
+        return Field(places, np.interp(places, self.x, values))
+
+    def _row(self, body: Body, quantity: str, number: int) -> Array | None:
         """Return a quantity along a body at one of the instants, (m,), or None.
 
         Strain and force of rods may follow from the stress, stress and strain of beams from the bending moment.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.errors import ImpactlabError, closest
-from impactlab.history.arguments import END_ROUNDING, check_one, one_time, places_on, within_run
+from impactlab.history.arguments import END_ROUNDING, check_one, one_time, within_run
 from impactlab.history.base import (
     AbstractHistory,
     BranchChange,
@@ -104,19 +104,16 @@ class SampledHistory(AbstractHistory):
 
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
         kept, time = self.fields.get(str(body)), one_time(t, self.duration)
-        number = None if kept is None else kept.number_at(time, END_ROUNDING * self.duration)
-        values = None if kept is None or number is None else kept.row(self.scene.bodies[body], quantity, number)
-        if kept is None or values is None:
+        slack = END_ROUNDING * self.duration
+        found = None if kept is None else kept.field(self.scene.bodies[body], time, quantity, x, slack)
+        if found is None:
             known = "" if kept is None else f"; kept are {', '.join(kept.values)} at {kept.times.size} instants"
             raise ImpactlabError(
                 f"the {quantity} along '{body}' at {time:.6g} s was not kept{known}",
                 remedy="Ask for fields in the case, as snapshots: {count: 200}.",
                 path="snapshots",
             )
-        if x is None:
-            return Field(kept.x, values)
-        places = places_on(self.scene.bodies[body], x)
-        return Field(places, np.interp(places, kept.x, values))
+        return found
 
     def impulse_of(self, contact: str) -> float:
         return self.link_impulses[contact] if contact in self.link_impulses else super().impulse_of(contact)

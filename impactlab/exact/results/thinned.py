@@ -17,7 +17,7 @@ from impactlab.exact.results.energies import energies_at
 from impactlab.exact.results.history import ContinuousHistory
 from impactlab.exact.results.link_results import followed, link_results, named
 from impactlab.exact.setup.network import Log, NetworkLayout, without
-from impactlab.history.arguments import END_ROUNDING, one_time, places_on, within_run
+from impactlab.history.arguments import END_ROUNDING, one_time, within_run
 from impactlab.history.base import (
     AbstractHistory,
     BranchChange,
@@ -108,18 +108,15 @@ class ThinnedHistory(AbstractHistory):
 
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
         kept, t = self.fields.get(str(body)), one_time(t, self.duration)
-        number = None if kept is None else kept.number_at(t, END_ROUNDING * self.duration)
-        values = None if kept is None or number is None else kept.row(self.scene.bodies[body], quantity, number)
-        if kept is None or values is None:
+        slack = END_ROUNDING * self.duration
+        found = None if kept is None else kept.field(self.scene.bodies[body], t, quantity, x, slack)
+        if found is None:
             raise CaseError(
                 f"the field '{quantity}' of '{body}' at {t:g} s is not kept: the run was too long to keep all of its "
                 "waves",
                 remedy="Name that instant in snapshots, or give a shorter duration.",
             )
-        if x is None:
-            return Field(kept.x, values)
-        places = places_on(self.scene.bodies[body], x)
-        return Field(places, np.interp(places, kept.x, values))
+        return found
 
     @property
     def record_rate(self) -> float:

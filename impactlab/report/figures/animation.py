@@ -150,9 +150,8 @@ def _stage(axes: Axes, scene: Scene, motion: Motion, limits: dict[str, float]) -
             steps.append(_ball(axes, place, spot, u))
         else:
             width = (0.35 if isinstance(body, Wall) else 1.0) * place.icon
-            start = (
-                left + place.icon - width if name in on_left else left
-            )  # its face stands beside that of the next body
+            # Its face stands beside that of the next body.
+            start = left + place.icon - width if name in on_left else left
             if isinstance(body, Wall):
                 steps.append(_wall(axes, place, start, width, u))
             else:

@@ -22,9 +22,7 @@ from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.types import Array
 
 MIN_IMPULSES = 10.0  # momenta at the end: a rod that rebounds a few times receives less, and no small difference
-MIN_SHARE_OF_SPEED = (
-    0.1  # of the rod's momentum at the fastest speed: between equal bodies it has none, except rounding
-)
+MIN_SHARE_OF_SPEED = 0.1  # of the rod's momentum at the fastest speed: between equal bodies it has none but rounding
 MIN_SHARE = 0.5  # of the largest momentum in the run: the scale of a rod that comes to rest is no smaller
 # Of the final momentum, and the error from which hard cases must carry a warning. Of 154 random runs above it (two
 # bodies of 2 to 200 masses of the rod, 10 to 100 elements) the momentum was wrong by 5 % or more in 128; of those with
