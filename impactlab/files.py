@@ -151,7 +151,8 @@ def read_netcdf(path: str | Path) -> SavedRun:
         of = Simulation(case.scene(), case.simulation().method)
         name, *known = json.loads(group.attrs["reference"])
         reference = Reference(name, data.to_history(group, of, None), *known)
-    return SavedRun(case, history, json.loads(dataset.attrs["summary"]), reference, json.loads(dataset.attrs["texts"]))
+    history.saved_summary = json.loads(dataset.attrs["summary"])
+    return SavedRun(case, history, history.saved_summary, reference, json.loads(dataset.attrs["texts"]))
 
 
 def _case(path: str, attributes: Mapping[str, Any]) -> Case:

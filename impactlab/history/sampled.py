@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from typing import NamedTuple, final
+from typing import Any, NamedTuple, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -60,6 +60,8 @@ class SampledHistory(AbstractHistory):
     Fields exist at the instants that were kept (`field_times`).
     """
 
+    saved_summary: dict[str, Any] | None = None  # that the file of the run has
+
     def __init__(
         self, run: Simulation, facts: Facts, time: Array, values: Mapping[str, Array], fields: Mapping[str, BodyFields]
     ) -> None:
@@ -83,6 +85,15 @@ class SampledHistory(AbstractHistory):
 
     def channels(self) -> tuple[str, ...]:
         return self.listed
+
+    def summary(self, reference: bool = False) -> dict[str, Any]:
+        """Return the summary that was saved with the run: the errors between its samples are not those of the run."""
+        if self.saved_summary is None or (reference and self.saved_summary["errors"] is None):
+            raise ImpactlabError(
+                "the file of this run has no errors, which need all its steps",
+                remedy="Run its case again: il.run(history.case).summary(reference=True).",
+            )
+        return self.saved_summary
 
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
         times = within_run(t, self.duration)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from impactlab.errors import expect_whole
+from impactlab.errors import ImpactlabError, expect_whole
 from impactlab.history.advice import warning_lines
 from impactlab.history.sampling import HISTORY_POINTS, page_times
 from impactlab.startup.lazy import above
@@ -41,6 +41,32 @@ class Views:
         warnings: list[Any]
 
         def channels(self) -> tuple[str, ...]: ...
+
+    def summary(self, reference: bool = False) -> dict[str, Any]:
+        """Return the numbers of the run and its errors, as ``impactlab run --json`` prints them.
+
+        Parameters
+        ----------
+        reference : bool
+            Compute the reference of the errors in any case. Otherwise it is computed only where that is predicted to
+            take no longer than ten times the run, and ten seconds at most; ``errors`` is else None.
+
+        Returns
+        -------
+        dict
+            Plain numbers, texts and lists: ``events``, ``contacts``, ``final``, ``energy``, ``probes``, ``errors`` and
+            others, in SI.
+
+        Raises
+        ------
+        ImpactlabError
+            If the run is of no case.
+        """
+        if self.case is None:
+            raise ImpactlabError("only the run of a case has a summary", remedy="Run a case: il.run(case).")
+        budget = above("refine.references.reference_record").FULL_BUDGET_S if reference else None
+        made: dict[str, Any] = above("api").summarised(self.case, self, budget)[0]
+        return made
 
     def to_xarray(self, points: int = HISTORY_POINTS) -> xarray.Dataset:
         """Return the run as an xarray Dataset, with units and long names.

@@ -357,3 +357,21 @@ def test_fields_of_stress_and_strain_of_a_file_are_those_of_the_run(tmp_path, bo
     for quantity in ("strain", "stress") if body is BEAM else ("strain", "stress", "force"):
         found, wanted = (each.field("body", time, quantity).values for each in (again, history))
         assert found == pytest.approx(wanted, rel=1e-12, abs=1e-12 * np.abs(wanted).max()), quantity
+
+
+def test_the_summary_of_a_run_in_python_is_that_of_the_command(tmp_path: Path, struck: AbstractHistory) -> None:
+    summary = struck.summary()
+    assert summary["contacts"][0]["impulse"] == struck.contacts[0].impulse
+    assert json.loads(json.dumps(summary)) == summary
+    struck.to_netcdf(tmp_path / "run.nc")
+    saved = il.open_netcdf(tmp_path / "run.nc")
+    assert saved.summary()["contacts"] == summary["contacts"]
+    with pytest.raises(ImpactlabError, match=r"no errors.*\n.*summary\(reference=True\)"):
+        saved.summary(reference=True)
+
+
+def test_the_summary_has_the_errors_of_a_comparison() -> None:
+    case = il.load_case(CASES / "axial_impact.yaml")
+    (row,) = il.compare(case, ["base"]).rows
+    assert il.run(case).summary()["errors"] == row.summary["errors"]
+    assert row.summary["errors"]["reference"] == "st_venant"
