@@ -174,7 +174,7 @@ def write_tables(folder: Path, history: AbstractHistory) -> None:
 
     The first line of each names the columns, with units: ``start [s]``, ``strain:bar@0.5 [1]``.
     """
-    rows = [[_cell(value) for value in span] for span in history.contacts]
+    rows = [["" if value is None else value for value in span] for span in history.contacts]
     _write_csv(folder / "contacts.csv", [data.with_unit(field) for field in ContactSpan._fields], rows)
     time = page_times(history.duration)
     wanted = [probe.channel for probe in history.scene.probes]
@@ -191,10 +191,6 @@ def write_tables(folder: Path, history: AbstractHistory) -> None:
         headings = ["time [s]", f"{probe.channel} [{UNITS[probe.quantity]}]"]
         rows_of_signal = zip(found.time.tolist(), found.values.tolist(), strict=True)
         _write_csv(folder / measured_file(number), headings, rows_of_signal)
-
-
-def _cell(value: Any) -> Any:
-    return "" if value is None else value
 
 
 def _write_csv(path: Path, headings: Iterable[str], rows: Iterable[Iterable[Any]]) -> None:

@@ -15,9 +15,9 @@ from typing import Annotated, Literal, NamedTuple
 from numpy import float64, int64
 from numpy.typing import NDArray
 
-from impactlab.numerics.layout import Numbers, record
 from impactlab.options import Relative as Relative
 from impactlab.options import option as option
+from impactlab.structures import Numbers, record
 
 Array = NDArray[float64]
 Ints = NDArray[int64]

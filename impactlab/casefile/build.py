@@ -24,9 +24,10 @@ from impactlab.casefile.turning import turning
 from impactlab.casefile.values.loads import settled
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, ImpactlabError, PairingError, PluginError
+from impactlab.mechanisms.part_mechanism import PartMechanism
 from impactlab.models.base import AbstractRodModel
 from impactlab.plugins import INTEGRATORS, LAWS, MECHANISMS, METRICS, MODELS, Registry, kind_of
-from impactlab.scene.bodies import Body, ElasticBody, Mass, PartMechanism, Wall
+from impactlab.scene.bodies import Body, ElasticBody, Mass, Wall
 from impactlab.scene.method import Method, Simulation, StepRule, Tolerance
 from impactlab.scene.problem import Contact, Scene
 from impactlab.scene.ranges import check_scales

@@ -9,8 +9,8 @@ from impactlab.casefile.parts import read_part
 from impactlab.casefile.schema import CaseBlock
 from impactlab.casefile.text.words import listed, shown
 from impactlab.errors import CaseError, closest
+from impactlab.mechanisms.part_mechanism import PartMechanism
 from impactlab.plugins import MECHANISMS, Registry
-from impactlab.scene.bodies import PartMechanism
 from impactlab.scene.problem import Point
 
 

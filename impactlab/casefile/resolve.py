@@ -16,7 +16,8 @@ from impactlab.casefile.mechanisms import direction
 from impactlab.casefile.parts import describe_part
 from impactlab.casefile.schema import CaseBlock, Frames
 from impactlab.contact.relative import relative_options
-from impactlab.scene.bodies import Beam, Link, Mechanism, MechanismBody, PartMechanism
+from impactlab.mechanisms.part_mechanism import PartMechanism
+from impactlab.scene.bodies import Beam, Link, Mechanism, MechanismBody
 from impactlab.scene.facts import steady_facts
 from impactlab.scene.method import Method, models_of, sides
 from impactlab.scene.problem import Scene

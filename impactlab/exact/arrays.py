@@ -9,8 +9,8 @@ import ctypes
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from impactlab.numerics.layout import record
 from impactlab.numerics.tables import by_table
+from impactlab.structures import record
 from impactlab.types import Array
 
 CLOSE, OPEN, CHANGE = 1, 0, 2  # kinds of events; of one found, CHANGE and more: the end of a branch that was met

@@ -107,8 +107,8 @@ class Problem:
             refuse_twice(each.case, list(parameters))
         self.parameters = [unknown(self.experiments[0].case, path, bounds) for path, bounds in parameters.items()]
         for each in self.experiments[1:]:
-            for path, bounds in parameters.items():
-                unknown(each.case.with_(path, self._start(path)), path, bounds)
+            for known in self.parameters:
+                unknown(each.case.with_(known.path, known.start), known.path, parameters[known.path])
         self.unknowns = list(self.parameters)
         self.measured = self._read(dict(given or {}), noise, bandwidth)
         self.size = len(self.unknowns)
@@ -133,9 +133,6 @@ class Problem:
     def has_shifts(self) -> bool:
         """Whether the start of the run on the clock of a signal is fitted."""
         return any(self.place(number, "shift") is not None for number in range(len(self.signals)))
-
-    def _start(self, path: str) -> float:
-        return next(each.start for each in self.parameters if each.path == path)
 
     def _read(self, given: dict[str, Any], noise: str, bandwidth: float) -> list[Measured]:
         channels = [signal.channel for signal in self.signals]

@@ -17,8 +17,8 @@ from llvmlite import ir
 from numba import types
 from numba.extending import lower_builtin, models, register_model, type_callable
 
-from impactlab.numerics.layout import Numbers
 from impactlab.numerics.windows import VECTOR
+from impactlab.structures import Numbers
 from impactlab.types import Array
 
 LANES = 8

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from impactlab.numerics.addresses import COMPILED
-from impactlab.numerics.layout import Record
+from impactlab.structures import Record
 from impactlab.types import Array
 
 FLOATS_PER_LINE = 8  # of memory, 64 bytes

@@ -13,6 +13,7 @@ from typing import Any
 
 from impactlab.casefile.values.units import with_power
 from impactlab.history.base import AbstractHistory
+from impactlab.mechanisms.part_mechanism import PartMechanism
 from impactlab.metrics.collisions import agreement_texts
 from impactlab.options import Relative
 from impactlab.plugins import kind_of
@@ -20,7 +21,7 @@ from impactlab.prefixes import scaled
 from impactlab.printing import enumerated
 from impactlab.report.comparison import cell, in_round_trips, model_label
 from impactlab.report.summary import STEPPED, has_numbers
-from impactlab.scene.bodies import Beam, Body, End, Mass, Mechanism, PartMechanism, Shaft, Wall, WaveBody
+from impactlab.scene.bodies import Beam, Body, End, Mass, Mechanism, Shaft, Wall, WaveBody
 from impactlab.scene.method import Method, laws_of
 from impactlab.scene.problem import Contact, Scene
 

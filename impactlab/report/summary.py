@@ -14,6 +14,7 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.exact.results.history import ContinuousHistory
 from impactlab.history.base import AbstractHistory, ContactSpan, Event, LinkResult
 from impactlab.history.extremes import extremes
+from impactlab.mechanisms.part_mechanism import PartMechanism
 from impactlab.metrics import norms as metrics
 from impactlab.metrics.collisions import collisions
 from impactlab.plugins import kind_of
@@ -22,7 +23,7 @@ from impactlab.refine.references import outlook as outlooks
 from impactlab.refine.references.outlook import Outlook
 from impactlab.refine.references.reference_record import Reference
 from impactlab.refine.references.stated_error import measured_error, set_measured_error
-from impactlab.scene.bodies import Body, Mechanism, PartMechanism, WaveBody
+from impactlab.scene.bodies import Body, Mechanism, WaveBody
 from impactlab.scene.facts import steady_facts
 from impactlab.scene.method import laws_of, models_of
 from impactlab.scene.problem import Scene

@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
-from impactlab.scene.bodies import Beam, Body, Segment, WaveBody, beams_among
+from impactlab.scene.bodies import Beam, Body, Segment, beams_among
 from impactlab.scene.problem import Contact, Point, Probe, Scene
 from impactlab.types import SideFacts
 
@@ -37,16 +37,6 @@ def changes(scene: Scene) -> bool:
 def on_end(body: Body, point: Point | Probe) -> bool:
     """Return whether a place is no inner point of a rod or a beam."""
     return point.x in (0.0, body.length)
-
-
-def struck_on_ends(scene: Scene) -> bool:
-    """Return whether no contact lies at an inner point of a rod."""
-    return all(on_end(scene.bodies[point.body], point) for point in scene.faces)
-
-
-def is_coupled(rod: WaveBody) -> bool:
-    """Return whether the rod has inner dampers, which explicit schemes do not support."""
-    return rod.damping.stiffness > 0.0 or any(segment.viscosity > 0.0 for segment in rod.segments)
 
 
 def split_at_contacts(scene: Scene) -> Scene:
@@ -110,7 +100,7 @@ def is_a_delay_line(scene: Scene) -> bool:
     """Return whether the stepped delay line supports the rods of a scene."""
     rods = scene.wave_bodies
     plain = not scene.gravity and not any(rod.is_damped or len(rod.segments) > 1 or rod.rotation for rod in rods)
-    return bool(rods) and plain and struck_on_ends(scene)
+    return bool(rods) and plain and all(on_end(scene.bodies[point.body], point) for point in scene.faces)
 
 
 def delay_unit(scene: Scene) -> float | None:

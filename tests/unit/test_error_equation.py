@@ -15,7 +15,7 @@ from impactlab.models.modal import Modal
 from impactlab.numerics.compiling import plain
 from impactlab.refine.errors import error_equation, one_run, relative_errors
 from impactlab.refine.errors.distances import difference
-from impactlab.refine.errors.error_equation import errors_by_steps
+from impactlab.refine.errors.error_equation import contact_errors
 from impactlab.refine.errors.modal_march import LIFT_OF_RAMP, PUSH_OF_RAMP, write_constants
 from impactlab.refine.errors.raw_records import records_of
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Wall
@@ -31,7 +31,7 @@ PINNED, CANTILEVER = (End("pinned"), End("pinned")), (End("clamped"), End("free"
 def errors_of(history):
     """Return the errors that the equation gives for a run, by contact."""
     records, laws = records_of(history), relative_errors.laws_in(Simulation(history.scene, history.method))
-    return errors_by_steps(records.record, records.dt, laws, records.arrays)
+    return contact_errors(records.record, records.dt, laws, records.arrays)
 
 
 def struck(law, ends, x, dt, duration=1e-3, stop=None):

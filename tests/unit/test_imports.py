@@ -107,9 +107,9 @@ def test_no_module_imports_another_inside_a_function() -> None:
     assert {name: own for name, all_ in inside.items() if (own := [x for x in all_ if x.startswith("impactlab")])} == {}
 
 
-# Bases are shapes of meshes, and the modal model is made of them; scene and method name the base classes of models and
-# mechanisms, which read bodies; the records of `types` are laid out by a module that needs nothing.
-MUTUAL = {("bases", "models"), ("mechanisms", "scene"), ("models", "scene"), ("numerics", "types")}
+# Bases are shapes of meshes, and the modal model is made of them; a method names the base class of models, which read
+# bodies.
+MUTUAL = {("bases", "models"), ("models", "scene")}
 
 
 def test_no_other_packages_import_each_other() -> None:

@@ -18,10 +18,10 @@ import numpy as np
 from impactlab.exact.setup.build import cuts, places_of_contacts
 from impactlab.exact.setup.contact_kinds import balanced, massless
 from impactlab.exact.setup.network import Log, NetworkLayout
-from impactlab.numerics.layout import record
 from impactlab.numerics.records import columns
 from impactlab.scene.bodies import End, WaveBody
 from impactlab.scene.problem import Scene
+from impactlab.structures import record
 from impactlab.types import Array, Ints
 
 FIXED, INNER, END, RIGID = 0, 1, 2, 3  # kinds of nodes

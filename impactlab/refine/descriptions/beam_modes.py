@@ -30,7 +30,6 @@ from impactlab.refine.errors.smooth_touch import are_soft, stated_alone
 from impactlab.scene.bodies import Beam
 from impactlab.scene.facts import beams_of, is_lossy
 from impactlab.scene.method import Simulation, StepRule, laws_of
-from impactlab.scene.problem import Scene
 
 UNIT = "steps in the shortest time of the scene"
 COARSEST = 3 * STEPS  # steps in the shortest time, at least: three in a rise of force
@@ -120,7 +119,9 @@ class BeamModesFamily:
         self._leave_out(False, seen, magnified)
         rises = (times.rise for times in times_of(*request).values())
         self.rise = min((rise for rise in rises if not math.isnan(rise)), default=self.shortest / STEPS)
-        if self.stiffness_known and are_soft(request) and not _meets_a_wall(request.scene):
+        # The time in which the force on a wall rises is not known before the run.
+        meets_a_wall = any(not request.scene.bodies[point.body].moves for point in request.scene.faces)
+        if self.stiffness_known and are_soft(request) and not meets_a_wall:
             plain, alone = self._wanted(COARSEST) if self.same_modes else math.inf, dict(vars(self))
             if MIN_FEWER * math.ceil(self._few_with_shapes(max(self.steps_needed, COARSEST))) <= plain:
                 self._leave_out(True, seen, magnified)
@@ -353,11 +354,3 @@ class BeamModesFamily:
             detail=lambda n: f"{self.modes(n)} modes",
             finding=self.finding,
         )
-
-
-def _meets_a_wall(scene: Scene) -> bool:
-    """Return whether a body meets a wall.
-
-    The time in which such a force rises is not known before the run.
-    """
-    return any(not scene.bodies[point.body].moves for contact in scene.contacts for point in contact.faces)

@@ -38,7 +38,6 @@ from impactlab.refine.errors.smooth_touch import stated_alone
 from impactlab.scene.facts import (
     delay_unit,
     is_a_delay_line,
-    is_coupled,
     on_end,
     shortest_transit,
     split_at_contacts,
@@ -110,8 +109,9 @@ def stepped(request: Simulation) -> Iterator[Description]:
         yield _delay_line(request)
     elif (unit := delay_unit(request.scene)) is not None and not any(law.hard for law in laws_of(*request)):
         yield _delay_chain(request, unit)
-    if not any(is_coupled(rod) for rod in request.scene.wave_bodies):
-        yield from _explicit(request)
+    rods = request.scene.wave_bodies
+    if not any(rod.damping.stiffness > 0.0 or any(each.viscosity > 0.0 for each in rod.segments) for rod in rods):
+        yield from _explicit(request)  # these schemes do not support dampers inside a rod
     yield from _implicit(request)
 
 

@@ -293,8 +293,10 @@ def write_errors(
             out[c, field] = math.sqrt(out[c, field] / last)
 
 
-def errors_by_steps(record: Array, dt: float, laws: Array, m: StepArrays) -> list[ContactError]:
-    """Return the errors of the contacts of a run by its steps.
+def contact_errors(
+    record: Array, dt: float, laws: Array, m: StepArrays, shifts: Array | None = None
+) -> list[ContactError]:
+    """Return the errors of the contacts of a run by its steps, or by shifts of overlaps.
 
     Parameters
     ----------
@@ -306,23 +308,13 @@ def errors_by_steps(record: Array, dt: float, laws: Array, m: StepArrays) -> lis
         (contacts, 3): K [N/m^n], n and a v0 of F = K d^n (1 + a d').
     m : StepArrays
         Of the run, whose bodies are stepped by `ExactModal`.
+    shifts : Array, optional
+        (contacts, 2): shift of each overlap [m], and the number of the step after which it begins. The errors are then
+        those by the shifts, in place of those by the steps.
     """
-    return _errors(record, dt, 1.0, laws, np.zeros((len(laws), 2)), m)
-
-
-def errors_by_shifts(record: Array, dt: float, laws: Array, shifts: Array, m: StepArrays) -> list[ContactError]:
-    """Return the errors of contacts by shifts of overlaps, as `errors_by_steps` does.
-
-    Parameters
-    ----------
-    shifts : Array
-        (contacts, 2): shift of each overlap [m], and the number of the step after which it begins.
-    """
-    return _errors(record, dt, 0.0, laws, shifts, m)
-
-
-def _errors(record: Array, dt: float, by_steps: float, laws: Array, shifts: Array, m: StepArrays) -> list[ContactError]:
-    count = len(laws)
+    count, by_steps = len(laws), 0.0
+    if shifts is None:
+        shifts, by_steps = np.zeros((count, 2)), 1.0
     at, state = room_for(m.state.size // 2, count)
     room = Room(state, np.zeros((count, WORDS)), np.empty((count, count)), np.empty((count, count + 1)))
     out = np.empty((count, len(ContactError._fields)))

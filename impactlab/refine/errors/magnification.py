@@ -11,7 +11,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.history.frame import touched_in
 from impactlab.refine.convergence import Level
 from impactlab.refine.descriptions.description import Description
-from impactlab.refine.errors.error_equation import EXPONENT, STIFFNESS, errors_by_shifts
+from impactlab.refine.errors.error_equation import EXPONENT, STIFFNESS, contact_errors
 from impactlab.refine.errors.moving_frames import CELLS, moving_frames, norm
 from impactlab.refine.errors.raw_records import Records, records_of
 from impactlab.refine.errors.relative_errors import largest_error, laws_in
@@ -56,7 +56,7 @@ def magnified_by_sensitive_touches(
     laws, shifts = laws_in(request), _shifts(history, request, records)
     if error * FOLLOWS * _share_of_overlap(history, request, laws, shifts) <= MAX_SIZE:
         return 1.0  # so it is of most runs, without a march
-    found = errors_by_shifts(records.record, records.dt, laws, shifts, records.arrays)
+    found = contact_errors(records.record, records.dt, laws, records.arrays, shifts)
     if not error * max(each.in_touch for each in found) > MAX_SIZE:
         return 1.0
     largest = largest_error(history, request, records, found)

@@ -15,7 +15,7 @@ import math
 from impactlab.history.base import AbstractHistory
 from impactlab.refine.convergence import Level, Reach, Study
 from impactlab.refine.descriptions.description import MIN_GROWTH, MIN_ORDER_SHARE
-from impactlab.refine.errors.error_equation import errors_by_steps
+from impactlab.refine.errors.error_equation import contact_errors
 from impactlab.refine.errors.level_errors import (
     DONE,
     MARGIN,
@@ -57,7 +57,7 @@ def error_alone(history: AbstractHistory, request: Simulation) -> float:
     if records is None or not history.contacts or not records.of_every_step:
         return math.inf
     laws = laws_in(request)
-    found = errors_by_steps(records.record, records.dt, laws, records.arrays)
+    found = contact_errors(records.record, records.dt, laws, records.arrays)
     size = max(max(each.in_touch, each.missed) for each in found)
     if not math.isfinite(sum(each.force for each in found)) or size > MAX_SIZE:
         return math.inf

@@ -44,13 +44,6 @@ class Steps(NamedTuple):
     duration: float
     hard: bool
 
-    def peak_time(self, left_out: Array) -> float:
-        """Return the instant of the largest force outside intervals [s].
-
-        The intervals (k, 2) [s] rise and do not overlap.
-        """
-        return peak_time(*self, left_out)
-
     def samples(self) -> Samples:
         """Return the force in the middles of the steps, in the order of time."""
         t = self.record[:, 0]
@@ -134,11 +127,11 @@ class Records:
     def peak_time(self, number: int, hard: bool, left_out: Array) -> float:
         """Return the instant of a contact's largest force outside intervals [s].
 
-        Intervals (k, 2) are those of `Steps`.
+        The intervals (k, 2) [s] rise and do not overlap.
         """
         key = number, hard, left_out.tobytes()
         if key not in self._peaks:
-            self._peaks[key] = self.force(number, hard).peak_time(left_out)
+            self._peaks[key] = peak_time(*self.force(number, hard), left_out)
         return self._peaks[key]
 
 

@@ -46,20 +46,14 @@ def find_exact(scene: Scene, method: Method, budget: float = FULL_BUDGET_S) -> R
     if any(theories(scene, method)):
         return None
     laws = laws_of(scene, method)
-    if exact.serves(scene, method) is not None or not _is_affordable(scene, method, budget):
+    if exact.serves(scene, method) is not None:
         return None
     name = HARD if all(law.hard for law in laws) else SPRING
-    if any(law.branches() is not None for law in laws):
+    if any(law.branches() is not None for law in laws):  # each of many links splits every front that passes it
         name = BRANCHES
+        if predicted_s(scene, method) > budget:
+            return None
     try:
         return Reference(name, exact.solve(scene, method, whole=True))
     except StepError:  # events accumulate, say: the run itself may be fine
         return None
-
-
-def _is_affordable(scene: Scene, method: Method, budget: float) -> bool:
-    """Return whether the exact solution is affordable within a budget [s].
-
-    Each of many links splits every front that passes it.
-    """
-    return all(law.branches() is None for law in laws_of(scene, method)) or predicted_s(scene, method) <= budget

@@ -120,7 +120,8 @@ def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Fig
         Name of a method to its colour.
     """
     compared = [row for row in rows if row["summary"].get("errors")]
-    values = {name: [_in_percent(row["summary"]["errors"].get(name)) for row in compared] for name in ERRORS}
+    shares = {name: [row["summary"]["errors"].get(name) for row in compared] for name in ERRORS}
+    values = {name: [None if share is None else 100.0 * share for share in own] for name, own in shares.items()}
     values = {name: column for name, column in values.items() if any(v is not None for v in column)}
     known = [v for column in values.values() for v in column if v is not None and v > FLOOR]
     low = 10.0 ** math.floor(math.log10(min(known, default=1e-2)))
@@ -143,10 +144,6 @@ def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Fig
         for label, row in zip(row_of_panels[0].get_yticklabels(), compared, strict=True):
             label.set_color(colours[row["name"]])
     return figure
-
-
-def _in_percent(share: float | None) -> float | None:
-    return None if share is None else 100.0 * share
 
 
 def _dots(axis: Axes, values: Sequence[float | None], colours: Sequence[str], low: float, high: float) -> None:

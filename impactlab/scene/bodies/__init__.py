@@ -10,7 +10,6 @@ from impactlab.scene.bodies.mechanism import (
     Mark,
     Mechanism,
     MechanismBody,
-    PartMechanism,
     links_on_hubs,
     mechanism_of,
 )
@@ -36,7 +35,6 @@ __all__ = [
     "Mass",
     "Mechanism",
     "MechanismBody",
-    "PartMechanism",
     "Profile",
     "Rayleigh",
     "Rod",

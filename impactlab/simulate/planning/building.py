@@ -8,10 +8,11 @@ from impactlab.errors import CaseError, PairingError, PluginError
 from impactlab.mechanisms.base import AbstractMechanism
 from impactlab.mechanisms.chain import Chain
 from impactlab.mechanisms.model import MechanismModel
+from impactlab.mechanisms.part_mechanism import PartMechanism
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
 from impactlab.models.rigid import RigidBody
 from impactlab.plugins import kind_of
-from impactlab.scene.bodies import Beam, Body, Mechanism, MechanismBody, PartMechanism, Rod
+from impactlab.scene.bodies import Beam, Body, Mechanism, MechanismBody, Rod
 
 
 def build_body(

@@ -9,8 +9,8 @@ import ctypes
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
-from impactlab.numerics.layout import Integers, Numbers, record
 from impactlab.numerics.tables import by_table
+from impactlab.structures import Integers, Numbers, record
 from impactlab.types import Array, Ints, Port, Reply
 
 FEW = 4  # entries of the state that a force changes at a node of a lumped mesh, or on a rigid mass
