@@ -159,6 +159,45 @@ def add_outer(mass: Array, w: Work, turn: Array, led: int, reach: int) -> None:
 
 
 @PART
+def along_link(
+    P: Array, link: int, room: int, k: Constants, w: Work, p: Array, v: Array, na: int
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Return integrals over a link, and the inertial forces of its rates and of the acceleration of its angle.
+
+    The integrals are those of mass times the place across e, along it, and its square about the origin [kg m, kg m,
+    kg m2]; the forces are those along e, across it and about the origin [N, N, N m]. The mass at the end is not in
+    them.
+    """
+    th1, th2 = P[room + TH1], P[room + TH2]
+    square, change = spun(k, w, p, v, na)
+    a, a1, q, q1 = window(p, 0, na), window(v, 0, na), window(p, na, p.size - na), window(v, na, v.size - na)
+    nb = q.size
+    v0, v01 = dot(k.b0, q), dot(k.b0, q1)
+    x1 = P[link + MOMENT] + dot(k.a0, a) - 0.5 * dot(window(w.s, nb, nb), q)
+    x11 = dot(k.a0, a1) - dot(window(w.s, nb, nb), q1)
+    vv, vv1, xx = 0.0, 0.0, P[link + INERTIA] + square
+    for i in range(nb):
+        vv += k.bb[i] * q[i] * q[i]
+        vv1 += k.bb[i] * q1[i] * q[i]
+    shorter2 = dot(window(w.sd, nb, nb), q1)  # q'.S0 q'
+    f_e = -shorter2 - 2.0 * th1 * v01 - th1 * th1 * x1 - th2 * v0
+    f_n = 2.0 * th1 * x11 - th1 * th1 * v0 + th2 * x1
+    moment = 2.0 * th1 * (vv1 + change) + th2 * (vv + xx)
+    return (v0, x1, vv + xx), (f_e, f_n, moment)
+
+
+@PART
+def add_end_mass(w: Work, heavy: float, end: PlaceNumbers) -> None:
+    """Add a mass ``heavy`` [kg] at the end to the integrals and forces of the shapes."""
+    add(w.i_e, heavy, end.along)
+    add(w.i_n, heavy, end.across)
+    add(w.mt, heavy * end.at[XI], end.across)
+    add(w.mt, -heavy * end.at[ACROSS], end.along)
+    add(w.hf, heavy * end.at[ALONG2], end.along)
+    add(w.hf, heavy * end.at[ACROSS2], end.across)
+
+
+@PART
 def add_link(
     P: Array,
     link: int,
@@ -173,43 +212,18 @@ def add_link(
 ) -> float:
     """Add mass and forces of one link; return the work of its gravity and torque [J]."""
     na, m, first, n = int(P[link + AXIAL]), end.along.size, int(P[link + FIRST]), force.size
-    own, own1 = window(p, first, m), window(v, first, m)
-    th1, th2, heavy = P[room + TH1], P[room + TH2], P[link + END_MASS]
-    stretching(k, w, own, own1, na, th1, th2)
-    bending(k, w, own, na, th1, th2)
-    square, change = spun(k, w, own, own1, na)
-    a, a1, q, q1 = (
-        window(own, 0, na),
-        window(own1, 0, na),
-        window(own, na, own.size - na),
-        window(own1, na, own1.size - na),
-    )
-    nb = q.size
-    v0, v01 = dot(k.b0, q), dot(k.b0, q1)
-    x1 = P[link + MOMENT] + dot(k.a0, a) - 0.5 * dot(window(w.s, nb, nb), q)
-    x11 = dot(k.a0, a1) - dot(window(w.s, nb, nb), q1)
-    vv, vv1, xx = 0.0, 0.0, P[link + INERTIA] + square
-    for i in range(nb):
-        vv += k.bb[i] * q[i] * q[i]
-        vv1 += k.bb[i] * q1[i] * q[i]
-    shorter2 = dot(window(w.sd, nb, nb), q1)  # q'.S0 q'
-    # forces along e, across it and about the origin, of rates and of the acceleration of the angle
-    f_e = -shorter2 - 2.0 * th1 * v01 - th1 * th1 * x1 - th2 * v0
-    f_n = 2.0 * th1 * x11 - th1 * th1 * v0 + th2 * x1
-    moment = 2.0 * th1 * (vv1 + change) + th2 * (vv + xx)
+    own, own1, heavy = window(p, first, m), window(v, first, m), P[link + END_MASS]
+    stretching(k, w, own, own1, na, P[room + TH1], P[room + TH2])
+    bending(k, w, own, na, P[room + TH1], P[room + TH2])
+    (across, reach, about), (f_e, f_n, moment) = along_link(P, link, room, k, w, own, own1, na)
     # the mass at the end, at its exact place
     xi, d, e2, n2 = end.at[XI], end.at[ACROSS], end.at[ALONG2], end.at[ACROSS2]
     total = P[link + MASS] + heavy
-    of_e, of_n, about = -v0 - heavy * d, x1 + heavy * xi, vv + xx + heavy * (xi * xi + d * d)
+    of_e, of_n, about = -across - heavy * d, reach + heavy * xi, about + heavy * (xi * xi + d * d)
     f_e, f_n = f_e + heavy * e2, f_n + heavy * n2
     moment += heavy * (xi * n2 - d * e2)
     if heavy != 0.0:
-        add(w.i_e, heavy, end.along)
-        add(w.i_n, heavy, end.across)
-        add(w.mt, heavy * xi, end.across)
-        add(w.mt, -heavy * d, end.along)
-        add(w.hf, heavy * e2, end.along)
-        add(w.hf, heavy * n2, end.across)
+        add_end_mass(w, heavy, end)
     # the acceleration of the origin, gravity taken off
     c, s = P[room + COS], P[room + SIN]
     a_x, a_y = P[room + X2] - P[GRAVITY_X], P[room + Y2] - P[GRAVITY_Y]
@@ -237,7 +251,8 @@ def add_link(
     g_x, g_y = P[GRAVITY_X], P[GRAVITY_Y]
     fallen = total * (g_x * P[room + X] + g_y * P[room + Y])
     fallen += (c * g_x + s * g_y) * of_n - (c * g_y - s * g_x) * of_e
-    return float(fallen) + twist(P[link + TORQUE], k.root, P[room + TH], turn, q, first + na, force)
+    bent = window(own, na, m - na)
+    return float(fallen) + twist(P[link + TORQUE], k.root, P[room + TH], turn, bent, first + na, force)
 
 
 @PART

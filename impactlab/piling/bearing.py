@@ -59,11 +59,6 @@ class BearingGraph:
         return made
 
 
-def static_capacity(run: Simulation, pile: Pile) -> float:
-    """Return the static capacity [N] of all soil links on a pile."""
-    return sum(law.capacity for law in soil_laws(run, pile).values())
-
-
 def bearing_graph(case: Case | Simulation, capacities: Iterable[float | str]) -> BearingGraph:
     """Return the blow count for several static capacities of the soil.
 
@@ -100,7 +95,7 @@ def bearing_graph(case: Case | Simulation, capacities: Iterable[float | str]) ->
     wrong = wanted[~(np.isfinite(wanted) & (wanted > 0.0))]
     if wrong.size:
         raise CaseError(f"a capacity of {wrong[0]:g} N. Allowed: above 0", remedy="Give it in N.")
-    given = static_capacity(run, pile)
+    given = sum(law.capacity for law in soil_laws(run, pile).values())  # N, static, of all soil links
     sets = []
     for capacity in wanted:
         scaled = with_capacity(run, pile, capacity / given)

@@ -39,7 +39,7 @@ def run(
         plan, assembly = stepped_run.prepared_like(made if like is None else like, *made)
         if plan.march is not None or assembly is None:
             return driver.run(*made, progress, with_warnings=False, like=like), no_check
-    stepped, status = stepped_run.step_through(plan, assembly, progress, began, with_warnings=False)
+    stepped, status = stepped_run.step_through(plan, assembly, progress, began)
     if status in (loop.LAW_FAILED, loop.NOT_FINITE):
         check_run(status, assembly, stepped)
     return stepped, partial(_checked, status, assembly, stepped)

@@ -166,7 +166,8 @@ def verdict_text(document: Mapping[str, Any]) -> str:
     for found in document["properties"]:
         if found["options"] != tried:
             tried = found["options"]
-            lines.append(f"with {_options(tried)}")
+            options = ", ".join(f"{key} {_plain(value)}" for key, value in tried.items()) or "default options"
+        lines.append(f"with {options}")
         lines.append(f"  {'ok    ' if found['ok'] else 'FAILED'}  {found['property']}")
         if not found["ok"]:
             lines.append(f"          {found['reason']}")
@@ -260,10 +261,6 @@ def _at_end(bodies: Mapping[str, Mapping[str, Any]]) -> list[str]:
         return f" bodies{ranges}"
 
     return _shortened(list(bodies), line, more, INDENT)
-
-
-def _options(options: Mapping[str, Any]) -> str:
-    return ", ".join(f"{key} {_plain(value)}" for key, value in options.items()) or "default options"
 
 
 def _plain(value: Any) -> str:

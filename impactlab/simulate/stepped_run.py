@@ -151,11 +151,13 @@ def run(
             plan, assembly = prepared.plan, prepared.assembly()
         else:
             plan, assembly = prepared_like(like, scene, method)
+        if assembly is not None and with_warnings:  # runs for a reference or for the choice measure nothing
+            check_rates(plan.scene, 1.0 / (assembly.stride * assembly.dt))
     if plan.march is not None:
         check_rates(scene, scene.records / scene.duration)
         return run_adaptive(plan.march, progress, began, with_warnings)
     assert assembly is not None  # noqa: S101 - a run in steps that is not adaptive has a loop
-    history, status = step_through(plan, assembly, progress, began, with_warnings)
+    history, status = step_through(plan, assembly, progress, began)
     solved = clock.perf_counter()
     with spent_on("checks"), GarbageCollectionPaused():
         with history.summed_up_to_last_step():
@@ -167,7 +169,7 @@ def run(
 
 
 def step_through(
-    plan: Plan, assembly: Assembly, progress: Progress | None, began: float, with_warnings: bool
+    plan: Plan, assembly: Assembly, progress: Progress | None, began: float
 ) -> tuple[RecordedHistory, int]:
     """Take all steps of a run; return its history, and the status with which the loop ended.
 
@@ -177,8 +179,6 @@ def step_through(
     if progress is not None:
         progress(0.0)
     with spent_on("set-up"), GarbageCollectionPaused():
-        if with_warnings:  # runs for a reference or for the choice measure nothing
-            check_rates(plan.scene, 1.0 / (assembly.stride * assembly.dt))
         history = RecordedHistory(assembly, plan.integrator)
         history.warnings.extend(plan.warnings)
         history.integrator_used = plan.is_stepped
