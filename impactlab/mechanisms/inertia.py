@@ -187,17 +187,6 @@ def along_link(
 
 
 @PART
-def add_end_mass(w: Work, heavy: float, end: PlaceNumbers) -> None:
-    """Add a mass ``heavy`` [kg] at the end to the integrals and forces of the shapes."""
-    add(w.i_e, heavy, end.along)
-    add(w.i_n, heavy, end.across)
-    add(w.mt, heavy * end.at[XI], end.across)
-    add(w.mt, -heavy * end.at[ACROSS], end.along)
-    add(w.hf, heavy * end.at[ALONG2], end.along)
-    add(w.hf, heavy * end.at[ACROSS2], end.across)
-
-
-@PART
 def add_link(
     P: Array,
     link: int,
@@ -223,7 +212,12 @@ def add_link(
     f_e, f_n = f_e + heavy * e2, f_n + heavy * n2
     moment += heavy * (xi * n2 - d * e2)
     if heavy != 0.0:
-        add_end_mass(w, heavy, end)
+        add(w.i_e, heavy, end.along)
+        add(w.i_n, heavy, end.across)
+        add(w.mt, heavy * xi, end.across)
+        add(w.mt, -heavy * d, end.along)
+        add(w.hf, heavy * e2, end.along)
+        add(w.hf, heavy * n2, end.across)
     # the acceleration of the origin, gravity taken off
     c, s = P[room + COS], P[room + SIN]
     a_x, a_y = P[room + X2] - P[GRAVITY_X], P[room + Y2] - P[GRAVITY_Y]
