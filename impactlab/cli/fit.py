@@ -9,7 +9,7 @@ import typer
 
 from impactlab.cli.lazy_modules import console, fits, output
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, option
-from impactlab.cli.reporting import given_by, reporting
+from impactlab.cli.reporting import given_by, print_result, reporting
 from impactlab.errors import CaseError
 
 
@@ -100,10 +100,7 @@ def fit(
         if out is not None:
             found.write(out, command_line(context))
             console.say(f"written: {out}")
-        if as_json:
-            console.print_json(found.to_dict())
-        else:
-            print(found)
+        print_result(found, as_json)
 
 
 def _pair(text: str) -> tuple[Path, Path]:

@@ -16,6 +16,11 @@ from impactlab.errors import NO_ROOM, ImpactlabError, StepError, SweepError
 
 if TYPE_CHECKING:
     from impactlab.casefile import Case
+    from impactlab.derivatives.table import Sensitivities
+    from impactlab.fits.result import Fit
+    from impactlab.uncertainties.result import Uncertainty
+
+    Result = Sensitivities | Fit | Uncertainty
 
 BY_WITH = "with_()"  # gave a value that no file and no option holds
 
@@ -104,6 +109,14 @@ def words(error: BaseException) -> str:
 def code_of(error: BaseException) -> int:
     """Return the exit code of an error."""
     return 2 if isinstance(error, ImpactlabError) and not isinstance(error, (StepError, SweepError)) else 1
+
+
+def print_result(found: Result, as_json: bool) -> None:
+    """Print the result of a command as JSON, or as text."""
+    if as_json:
+        console.print_json(found.to_dict())
+    else:
+        print(found)
 
 
 def print_hints(case: Case) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -38,6 +38,14 @@ from impactlab.cli.options import (
 from impactlab.cli.reporting import CommandFailed, code_of, print_hints, reporting, words
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.startup.wall_time import timed
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from impactlab.history.base import AbstractHistory
+    from impactlab.refine.references.reference_record import Reference
+    from impactlab.report.figures.figure_files import FigureFiles
+    from impactlab.report.provenance import Provenance
 
 
 def run(
@@ -78,26 +86,10 @@ def run(
 
             history = api.run(loaded, report, 0 if out is None else sampling.FRAMES)
         summary, against = api.summarised(loaded, history, reference_record.FULL_BUDGET_S if reference else None)
-        undrawn: Exception | None = None
         watch.change("writing")
         if out is not None:
             summary["cost"]["wall_time"] = watch.seconds()  # of the summary in the folder: up to here
-            console.say(f"drawing figures for {out} ...")
-            with output.output_folder(out) as draft:
-                origin = provenance.of_case(loaded, command_line(context))
-                data = files.write_data(draft, history, summary, against, origin._asdict())
-                try:
-                    run_report.write_run(draft, summary, history, against, origin, drawn_as, data)
-                except (ImpactlabError, OSError, MemoryError):
-                    raise
-                except Exception as error:  # noqa: BLE001 - raised below, when the data of the run are in place
-                    undrawn = error
-                    if data is not None and not (draft / "history.nc").exists():
-                        data()
-            console.say(f"written: {out}")
-            if undrawn is not None:
-                console.say("its figures and its page could not be drawn; the data of the run are complete")
-                raise undrawn
+            _write_run(out, history, summary, against, provenance.of_case(loaded, command_line(context)), drawn_as)
         text = "" if as_json else console.summary_text(summary)
         summary["cost"]["wall_time"] = watch.seconds()  # also of the text
         if as_json:
@@ -106,6 +98,33 @@ def run(
             print(text, console.wall_time(summary), sep="\n")
         if summary["status"] != "completed":
             raise CommandFailed(1)
+
+
+def _write_run(
+    out: Path,
+    history: AbstractHistory,
+    summary: dict[str, Any],
+    against: Reference | None,
+    origin: Provenance,
+    drawn_as: FigureFiles,
+) -> None:
+    """Write data, figures and page of a run; its data stay if they cannot be drawn, and the error is raised."""
+    undrawn: Exception | None = None
+    console.say(f"drawing figures for {out} ...")
+    with output.output_folder(out) as draft:
+        data = files.write_data(draft, history, summary, against, origin._asdict())
+        try:
+            run_report.write_run(draft, summary, history, against, origin, drawn_as, data)
+        except (ImpactlabError, OSError, MemoryError):
+            raise
+        except Exception as error:  # noqa: BLE001 - raised below, when the data of the run are in place
+            undrawn = error
+            if data is not None and not (draft / "history.nc").exists():
+                data()
+    console.say(f"written: {out}")
+    if undrawn is not None:
+        console.say("its figures and its page could not be drawn; the data of the run are complete")
+        raise undrawn
 
 
 def compare(

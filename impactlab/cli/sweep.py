@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -20,8 +20,11 @@ from impactlab.cli.lazy_modules import (
     uncertainties,
 )
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load, names_in, option, run_line
-from impactlab.cli.reporting import CommandFailed, given_by, reporting
+from impactlab.cli.reporting import CommandFailed, given_by, print_result, reporting
 from impactlab.errors import CaseError, DoubtfulResult
+
+if TYPE_CHECKING:
+    import pandas
 
 MIN_WIDTH = 120  # letters of a line where the width of the screen is not known
 MAX_COLUMNS = 24  # of a table on the screen: more are left out in its middle
@@ -109,22 +112,31 @@ def sweep(
         counts = sweeps.counts(found)
         if set(counts) - {"missing", "completed"}:
             console.say(f"first point without values: {sweeps.first_reason(found)}")
-        if out is not None:
-            console.say(f"written: {out}" if shard is None else f"shard {shard} is kept in {out}")
+        _say_where(out, shard)
         if as_json:
             made = {"schema_version": 1, "points": int(found.status.size), "status": counts}
             console.print_json(made if out is not None else {**made, "rows": sweeps.rows(found).to_dict("records")})
         elif out is None:
-            table = sweeps.rows(found)
-            known = table.dropna(axis="columns", how="all")  # quantities that no contact or body of the case has
-            width = shutil.get_terminal_size((MIN_WIDTH, 0)).columns
-            print(known.to_string(max_rows=60, max_cols=MAX_COLUMNS, float_format="{:.6g}".format, line_width=width))
-            if table.shape[1] > MAX_COLUMNS:  # as of a chain, whose contacts have columns each
-                console.say(f"{table.shape[1]} columns; --quantities names fewer, --out DIR writes all to table.csv")
+            _print_table(sweeps.rows(found))
         else:
             print(f"{found.status.size} points: " + ", ".join(f"{count} {name}" for name, count in counts.items()))
         if set(counts) - {"missing", "completed"} and not counts.get("completed"):
             raise CommandFailed(1)
+
+
+def _say_where(out: Path | None, shard: str | None) -> None:
+    """Print the folder with the results."""
+    if out is not None:
+        console.say(f"written: {out}" if shard is None else f"shard {shard} is kept in {out}")
+
+
+def _print_table(table: pandas.DataFrame) -> None:
+    """Print the rows of a sweep, within the width of the screen."""
+    known = table.dropna(axis="columns", how="all")  # quantities that no contact or body of the case has
+    width = shutil.get_terminal_size((MIN_WIDTH, 0)).columns
+    print(known.to_string(max_rows=60, max_cols=MAX_COLUMNS, float_format="{:.6g}".format, line_width=width))
+    if table.shape[1] > MAX_COLUMNS:  # as of a chain, whose contacts have columns each
+        console.say(f"{table.shape[1]} columns; --quantities names fewer, --out DIR writes all to table.csv")
 
 
 def uncertainty(
@@ -192,12 +204,8 @@ def uncertainty(
                 repeat=run_line(context),
                 command=command_line(context),
             )
-        if out is not None:
-            console.say(f"written: {out}" if shard is None else f"shard {shard} is kept in {out}")
-        if as_json:
-            console.print_json(found.to_dict())
-        else:
-            print(found)
+        _say_where(out, shard)
+        print_result(found, as_json)
         if not sweeps.counts(found.data).keys() & {"missing", "completed", "tolerance_not_met"}:
             raise CommandFailed(1)
 
@@ -232,7 +240,4 @@ def sensitivities(
         names = derivatives.DEFAULT if quantities is None else names_in(quantities)
         with given_by("--parameters"):
             found = derivatives.sensitivities(loaded, names_in(parameters), names)
-        if as_json:
-            console.print_json(found.to_dict())
-        else:
-            print(found)
+        print_result(found, as_json)
