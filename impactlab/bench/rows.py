@@ -52,7 +52,7 @@ def row_of(case: Case, method: str, settings: Mapping[str, Any], references: Ref
 
 
 def _record(case: Case, references: References) -> dict[str, Any]:
-    """Run a case whose method is in place and return its record without ``asked``."""
+    """Run a case with its method chosen; return its record without the settings of the row."""
     with api.warnings_kept():
         history = api.run(case)
     physics = api.physics_of(case)

@@ -90,7 +90,7 @@ class CaseContact(NamedTuple):
 
     @property
     def block(self) -> ContactBlock:
-        """Its block."""
+        """Block of the contact in the case file."""
         return self.case.contacts[self.number]
 
     def refused(self, text: str, remedy: str, key: str = "between") -> CaseError:

@@ -126,8 +126,8 @@ def drift(scene: Scene, name: str, t: Array, touched: Collection[str] | None = N
 def common_drift(scene: Scene, name: str, t: Array, touched: Collection[str]) -> Array:
     """Return the `drift` to subtract from the scale of a displacement [m].
 
-    It is of the shape of t. It is 0 for a body that nothing meets, loads or strains: all its motion is drift, and what
-    a run has beside it is rounding and the error of a scheme, which is no scale.
+    It has the shape of t. It is 0 for a body without contacts, loads and strains: all its motion is drift, and the rest
+    is rounding and the error of the scheme, which is no scale.
     """
     group = frames(scene, touched).get(_body_of(name))
     if group is not None and _only_drifts(scene, group):

@@ -148,7 +148,7 @@ def measure_uniform(mass: float, spring: float, dt: float, u: Array, v: Array) -
 
 @UNPACK
 def measure_each(mass: Array, springs: Array, dt: float, u: Array, v: Array) -> tuple[float, float]:
-    """Return the same of nodes that differ; ``mass`` and ``springs`` are theirs."""
+    """Return energy [J] and momentum [N s] of nodes with a ``mass`` and a spring each, as `measure_chain` does."""
     energy = momentum = 0.0
     for i in range(mass.size):
         stretch = u[i + 1] - u[i]

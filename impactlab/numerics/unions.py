@@ -14,7 +14,7 @@ class Unions(Generic[T]):
         self._next: dict[T, T] = {}  # towards the leader of the group
 
     def leader(self, one: T) -> T:
-        """Return the thing that stands for the group of another."""
+        """Return the member that represents the group of another one."""
         row = []
         while one in self._next:
             row.append(one)

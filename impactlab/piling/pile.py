@@ -97,7 +97,7 @@ def pile_of(run: Simulation) -> Pile:
 
 
 def struck_pile_of(run: Simulation, what: str) -> Pile:
-    """Return the pile of a scene under a hammer; ``what`` needs one.
+    """Return the pile of a scene under a hammer; ``what`` names the evaluation in the error.
 
     Raises
     ------

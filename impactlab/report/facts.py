@@ -126,7 +126,7 @@ def _span(values: Sequence[float], unit: str) -> str:
 
 
 def _stem(name: str, body: Body) -> str:
-    """Return what the names of numbered masses have in common, else the name itself."""
+    """Return the common beginning of the names of numbered masses, else the name itself."""
     numbered = NUMBERED.fullmatch(name) if isinstance(body, Mass) else None
     return numbered[1] if numbered else name
 

@@ -52,11 +52,11 @@ class Sweep:
         return found
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return it without the batch, which holds memory of this process."""
+        """Return the fields for a pickle, without the batch, which holds memory of this process."""
         return {name: value for name, value in vars(self).items() if name != "batch"}
 
     def content(self, command: str = "") -> dict[str, Any]:
-        """Return it as plain values: two sweeps of the same content have the same results."""
+        """Return the points as plain values: two sweeps of the same content have the same results."""
         found = [
             {"path": axis.path, "values": axis.values, "si": axis.si, "unit": axis.unit} for axis in self.points.axes
         ]

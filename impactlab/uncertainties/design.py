@@ -51,7 +51,7 @@ def check_samples(samples: int, seed: int) -> None:
 
 
 def design(uncertain: tuple[Uncertain, ...], samples: int, seed: int, *, indices: bool) -> Design:
-    """Return the points of so many samples.
+    """Return the points of the samples, and with ``indices`` those of the Sobol indices.
 
     The samples themselves are the same with and without indices.
 

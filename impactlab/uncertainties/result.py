@@ -56,7 +56,7 @@ class Uncertainty:
         raise KeyError(f"{quantity} {label}".strip())
 
     def probability(self, number: int, contact: str = "") -> Estimate:
-        """Return the probability that a contact has so many periods; ``contact`` where there are several.
+        """Return the probability that a contact has a ``number`` of periods; name the contact where there are several.
 
         Raises
         ------
@@ -70,7 +70,7 @@ class Uncertainty:
         return same[0] if same else unseen(self._known(of[0].contact))
 
     def _known(self, contact: str) -> int:
-        """Return the number of samples that have a number of periods of a contact."""
+        """Return the number of samples whose periods of contact are known."""
         values = self.data["contacts"].sel(contact=contact).values[self.data["block"].values == 0]
         return int(np.count_nonzero(np.isfinite(values)))
 

@@ -139,7 +139,7 @@ def _student(sets: int) -> float:
 
 
 def unseen(count: int) -> Estimate:
-    """Return the probability of an event that none of so many points shows."""
+    """Return the probability of an event that occurs at none of ``count`` points, with its interval."""
     return Estimate(0.0, *binomial(0, count))
 
 

@@ -17,7 +17,7 @@ MAX_CHOOSING = 10.0  # times its own run that a choice may take
 
 
 class ChosenRun(NamedTuple):
-    """One automatic run."""
+    """A run of the automatic choice, its measured error and the best rival."""
 
     scene: str
     row: Row

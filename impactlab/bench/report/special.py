@@ -62,7 +62,7 @@ def _sibling(row: Row, others: Sequence[Row]) -> Row | None:
 
 
 def _common(one: str, other: str) -> int:
-    """Return the number of letters with which both begin."""
+    """Return the number of leading letters that two names share."""
     return sum(1 for _ in itertools.takewhile(lambda pair: pair[0] == pair[1], zip(one, other, strict=False)))
 
 

@@ -80,7 +80,7 @@ def _hats(grid: Array, middle: Array, left: Array, right: Array) -> list[tuple[A
 
 
 def transposed(couple: Coupling, count: int) -> Coupling:
-    """Return the transpose of a coupling, of so many columns."""
+    """Return the transpose of a coupling with ``count`` columns."""
     n, width = couple.rows.shape
     row, column = np.repeat(np.arange(n), width), (couple.first.astype(int)[:, None] + np.arange(width)).ravel()
     value = couple.rows.ravel()

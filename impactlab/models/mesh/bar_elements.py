@@ -92,7 +92,7 @@ def assembled(element: Array, scale: Array | float, count: int) -> Array:
 
 
 def assembled_diagonal(weights: Array, scale: Array | float, count: int) -> Array:
-    """Return the same (1, n_nodes) of elements whose matrix is diagonal, ``weights`` (order + 1,)."""
+    """Return the sum (1, n_nodes) of diagonal element matrices, each of the diagonal ``weights`` (order + 1,)."""
     order = weights.size - 1
     matrix = np.zeros((1, order * count + 1))
     for i, weight in enumerate(weights.tolist()):

@@ -145,9 +145,9 @@ def _explicit(request: Simulation) -> Description:
 
 
 def _highest(meshed: Simulation, elements: int) -> float:
-    """Return about the highest frequency of a mesh [rad/s].
+    """Return an upper bound on the highest frequency of a mesh [rad/s].
 
-    Each body has so many elements; the bound is the highest frequency of a free element.
+    It is the highest frequency of a free element; each body has ``elements`` of them.
     """
     found = [2.0 * elements * max(s.wave_speed / rod.length for s in rod.segments) for rod in meshed.scene.wave_bodies]
     for beam in beams_of(meshed.scene):

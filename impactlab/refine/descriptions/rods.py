@@ -306,9 +306,9 @@ def _explicit(request: Simulation) -> Iterator[Description]:
 
 
 def _mesh_work(scene: Scene, elements: int, courant: float) -> tuple[float, float]:
-    """Return the number of steps of a mesh, and of its elements.
+    """Return the number of steps of a run on a mesh, and of its elements.
 
-    Each rod has so many elements; the shortest sets the step.
+    Each rod has ``elements``; the shortest sets the step by the Courant number.
     """
     shortest = min(
         segment.length / segment.wave_speed / count

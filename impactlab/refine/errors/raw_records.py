@@ -110,7 +110,7 @@ class Records:
         return self._moved[key]
 
     def displacements_by_half(self, channels: Sequence[str], cells: int) -> Array:
-        """Return the same of beads, read along cubics through every second record only."""
+        """Return displacements of beads [m], read along cubics through every second record: (channels, cells)."""
         n, last = len(channels), len(self.record) - 1
         columns = [self.columns[name] for name in channels]
         kept = np.array([0, *columns, *self._layout.rates_of(columns)])

@@ -83,6 +83,6 @@ def _some_probes(scene: Scene) -> DrawnPart:
 
 
 def _spread(count: int, most: int) -> list[int]:
-    """Return so many numbers, spread over those below a count."""
+    """Return at most ``most`` whole numbers, spread evenly from 0 to ``count`` - 1."""
     numbers: list[int] = np.unique(np.linspace(0, count - 1, most).round().astype(int)).tolist()
     return numbers

@@ -36,7 +36,7 @@ class AbstractLoad(ABC):
     def table(self, duration: float, steps: int) -> tuple[Array, Array]:
         """Return times [s] and forces [N], (n,), with straight lines between them, over [0, duration].
 
-        A load without samples of its own has a line for each of so many steps.
+        A load without samples of its own has a line for each of the ``steps``.
         """
 
     @abstractmethod

@@ -91,7 +91,7 @@ class InstantContact:
         self.closed, self.held = True, 0.0
 
     def open(self, gap: float, rate: float) -> None:
-        """End a contact."""
+        """End a contact, at a gap [m] and rate [m/s]."""
         self.held = self.stored(gap)
         self.carry(gap, rate)
         self.closed = False

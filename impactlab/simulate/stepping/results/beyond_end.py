@@ -340,7 +340,7 @@ def _keeps(rows: Array, steps: int, time: float, dt: float) -> bool:
 
 
 def _force_before(assembly: Assembly, load: Any, steps: int) -> float:
-    """Return the force of a load in the last step, 0, or so many steps before it [N]; see `force_over`."""
+    """Return the force of a load ``steps`` steps before the last one [N]; see `force_over`."""
     if steps == 0:
         return float(load.force)
     samples = slice(load.table_start, load.table_end)
