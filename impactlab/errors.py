@@ -16,6 +16,7 @@ MIN_BEGINNING = 3  # letters of a name that may be the beginning of another one
 MIN_LIKENESS = 0.65  # of difflib: with 0.6 'acceleration' is taken for 'rotation'
 MAX_COMPARED = 80  # characters of a name whose nearest ones are looked for
 MAX_SEED = 2**32 - 1
+NUMBER, WHOLE = "a number", "a whole number"  # values that a place may need
 MAX_OTHERS = 3  # further faults of a file that a message shows
 
 
@@ -44,6 +45,7 @@ class ImpactlabError(Exception):
         self.file = file
         self.line = line
         self.given_by = ""  # the option or function that gave the value, where it does not stand in the file
+        self.needs = ""  # `NUMBER` or `WHOLE` of a place that takes only those, where another value was given
         self.led_back = False  # whether the path names a block as it stands in the file, not one made from it
         self.others: tuple[ImpactlabError, ...] = ()  # faults of the same file that were found with this one
 

@@ -15,7 +15,7 @@ from impactlab.casefile import Case
 from impactlab.casefile.edit import check_name, in_order, is_named, numbered, plain, refuse_unknown_body
 from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.units import to_si
-from impactlab.errors import CaseError, ImpactlabError
+from impactlab.errors import WHOLE, CaseError, ImpactlabError
 from impactlab.sweeps.given_twice import refuse_removed, refuse_twice
 from impactlab.types import Array
 
@@ -275,7 +275,7 @@ def takes_whole(case: Case, path: str) -> bool:
         case.with_(path, 0.5)
     except ImpactlabError as error:
         own = numbered(case.document.data, path)
-        return any("a whole number" in each.text for each in (error, *error.others) if each.path in (path, own))
+        return any(each.needs == WHOLE for each in (error, *error.others) if each.path in (path, own))
     return False
 
 

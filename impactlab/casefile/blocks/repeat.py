@@ -18,7 +18,7 @@ from impactlab.casefile.blocks.origins import Origin, Origins
 from impactlab.casefile.text.samples import Samples
 from impactlab.casefile.text.words import shown
 from impactlab.casefile.values.formula import IndexFormula
-from impactlab.errors import CaseError
+from impactlab.errors import WHOLE, CaseError
 
 MAX_REPEAT = 100_000  # bodies, contacts or probes of a case
 MAX_GENERATED = 2_000_000  # values written out: some 100 bytes each
@@ -82,11 +82,13 @@ def count_of(value: Any, path: str) -> int:
     whole = isinstance(value, (int, float)) and not isinstance(value, bool) and value == value // 1
     if not whole or not 1 <= value <= MAX_REPEAT:
         fault = "is out of range" if whole else "is not a whole number"
-        raise CaseError(
+        error = CaseError(
             f"{shown(value)} {fault}. Allowed: a whole number from 1 to {MAX_REPEAT}",
             remedy="Give the number of blocks to make from this one.",
             path=path,
         )
+        error.needs = WHOLE
+        raise error
     return int(value)
 
 

@@ -11,7 +11,7 @@ from pydantic_core import ErrorDetails, PydanticCustomError
 
 from impactlab.casefile.text.words import listed, shown
 from impactlab.casefile.values.synonyms import key_of_synonym, renamed
-from impactlab.errors import CaseError, ImpactlabError, closest, combined
+from impactlab.errors import NUMBER, CaseError, ImpactlabError, closest, combined
 
 _BLOCK = "a block of keys"
 _NEEDED = {
@@ -74,7 +74,9 @@ def _one(fault: ErrorDetails, data: Any, prefix: str, allowed: type[BaseModel]) 
     if fault["type"] == "union_tag_invalid":
         path += ".kind"
     text, remedy = _words(fault, keys, data, allowed, prefix)
-    return CaseError(text, remedy=remedy, path=path)
+    error = CaseError(text, remedy=remedy, path=path)
+    error.needs = fault.get("ctx", {}).get("needs", "")
+    return error
 
 
 def _words(fault: ErrorDetails, keys: list[str], data: Any, allowed: type[BaseModel], prefix: str) -> tuple[str, str]:
@@ -83,9 +85,7 @@ def _words(fault: ErrorDetails, keys: list[str], data: Any, allowed: type[BaseMo
     context = fault.get("ctx", {})
     match kind:
         case "value":
-            several = isinstance(fault["input"], (list, tuple)) and "is not allowed here. Allowed: a number" in str(
-                context["text"]
-            )
+            several = isinstance(fault["input"], (list, tuple)) and context["needs"] == NUMBER
             return str(context["text"]), ONE_VALUE if several else FIX_VALUE
         case "extra_forbidden":
             names = _allowed_at(keys[:-1], data, allowed)
@@ -271,6 +271,9 @@ def _kinds_of(block: type[BaseModel]) -> tuple[str, ...]:
     return () if field is None else get_args(field.annotation)
 
 
-def refuse(text: str) -> PydanticCustomError:
-    """Return the error of a value, with a text that is shown as it stands."""
-    return PydanticCustomError("value", "{text}", {"text": text})
+def refuse(text: str, needs: str = "") -> PydanticCustomError:
+    """Return the error of a value, with a text that is shown as it stands.
+
+    ``needs`` is `NUMBER` or `WHOLE` of a place that takes only those.
+    """
+    return PydanticCustomError("value", "{text}", {"text": text, "needs": needs})

@@ -21,7 +21,7 @@ from impactlab.casefile.values.faults import refuse
 from impactlab.casefile.values.formula import Formula, parse
 from impactlab.casefile.values.loads import FORMS, MIN_SAMPLES, is_over_time, read_load
 from impactlab.casefile.values.units import to_si
-from impactlab.errors import closest
+from impactlab.errors import NUMBER, WHOLE, closest
 from impactlab.scene.bodies import AbstractLoad, End, Table
 from impactlab.scene.ranges import COUNTS, Range, range_of
 from impactlab.types import Relative
@@ -104,12 +104,13 @@ class Allowed:
         return closest(given, self.words)
 
     def _refused(self, value: Any, hint: str = "") -> PydanticCustomError:
-        return refuse(f"{shown(value)} is not allowed here.{hint} Allowed: {self.words_of_allowed()}")
+        needs = WHOLE if self.whole and not self.number else NUMBER if self.number and not self.words else ""
+        return refuse(f"{shown(value)} is not allowed here.{hint} Allowed: {self.words_of_allowed()}", needs)
 
     def words_of_allowed(self) -> str:
         """Return the allowed values, for people."""
         limits = " and ".join(f"{_LIMIT_WORDS[key]} {limit:g}" for key, limit in self.limits)
-        kind = "a whole number" if self.whole and not self.number else "a number"
+        kind = WHOLE if self.whole and not self.number else NUMBER
         choices = list(self.words)
         if self.number or self.whole:
             unit = f" in{self._shown_unit}" if self._shown_unit else ""

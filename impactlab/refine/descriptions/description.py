@@ -122,8 +122,8 @@ class Description:
     def first_alone(self, error: float) -> int:
         """Return the fineness of a first run that states its own error.
 
-        It is 0 where no run does. Where that run is predicted to be long, a coarser one is tried first: it may show that
-        a several times smaller fineness is enough.
+        It is 0 where no run does. Where that run is predicted to be long, a coarser one is tried first: it may show
+        that a several times smaller fineness is enough.
         """
         if math.isinf(self.alone):
             return 0
