@@ -84,6 +84,7 @@ class Study:
     next: int
     levels: list[Level] = field(default_factory=list)  # by rising fineness
     closed: str = ""  # why no level follows, for people
+    out_of_reach: bool = False  # whether it was closed as it cannot keep the tolerance within the budget
     wanted: int = 0  # fineness that the tolerance is predicted to need, where the next level is coarser
     falling: dict[int, float] = field(default_factory=dict)  # estimated errors by fineness, each when it was the finest
     reach: Reach | None = None  # None as long as nothing is known

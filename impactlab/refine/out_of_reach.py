@@ -14,7 +14,6 @@ from impactlab.refine.convergence import SHOWN_SAFETY, Level, Study
 from impactlab.refine.descriptions.description import Description
 
 MAX_SHARE = 0.6  # of a budget, of its last run: those before it take the rest
-OUT_OF_REACH = "cannot keep the tolerance: "  # begins the reason of a study that was ended for it
 
 
 class Best(NamedTuple):
@@ -35,7 +34,7 @@ def in_common(description: Description) -> float:
 
 def reason_in_common(error: float) -> str:
     """Return why a description is not tried, for people."""
-    return f"{OUT_OF_REACH}all its runs have an error of {error:.2g} in common"
+    return f"cannot keep the tolerance: all its runs have an error of {error:.2g} in common"
 
 
 def needed_s(study: Study) -> float:
@@ -70,8 +69,8 @@ def reason(study: Study, seconds: float) -> str:
     """Return why a study ends, for people; ``seconds`` are left of the budget."""
     best = within(study, seconds)
     return (
-        f"{OUT_OF_REACH}it takes {needed_s(study):.2g} s of solving at least, and {seconds:.2g} s may be spent; "
-        f"about {best.error:.2g} could be reached"
+        f"cannot keep the tolerance: it takes {needed_s(study):.2g} s of solving at least, and {seconds:.2g} s may be "
+        f"spent; about {best.error:.2g} could be reached"
     )
 
 
@@ -83,7 +82,7 @@ def refusal(
     Its text states the best that could be reached. None where no study ended for that reason; ``best`` is None where
     none could be run.
     """
-    ended = [study for study in studies if study.closed.startswith(OUT_OF_REACH)]
+    ended = [study for study in studies if study.out_of_reach]
     if not ended:
         return None
     found = [_promised(study, seconds) for study in ended]

@@ -86,7 +86,7 @@ class Search:
                 if not study.levels and _cost_of_trial(study) > min(PROBE_S, left):
                     study.next = _affordable(study, min(PROBE_S, left)) or study.next
                 elif out_of_reach.needed_s(study) > left:
-                    study.closed = out_of_reach.reason(study, left)
+                    study.closed, study.out_of_reach = out_of_reach.reason(study, left), True
                     continue
             if _cost_of_trial(study) > left:
                 study.closed = beyond_budget(study, left)
@@ -133,7 +133,7 @@ def _failed(study: Study, fineness: int, error: StepError) -> None:
 
     This is done a few times; no level follows a failed exact run.
     """
-    study.failures += 1
+    study.failures, study.out_of_reach = study.failures + 1, False
     study.next = study.description.whole(FINER * fineness)
     study.closed = f"failed: {error.text}" if study.failures > MAX_FAILURES or not study.description.unit else ""
 

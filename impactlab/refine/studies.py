@@ -41,7 +41,7 @@ def begun(description: Description, error: float) -> Study:
     start = description.start_for(error)
     study = Study(description, _cheap(description, start), wanted=description.wanted_of(start, error))
     if (least := out_of_reach.in_common(description)) > error:
-        study.closed = out_of_reach.reason_in_common(least)
+        study.closed, study.out_of_reach = out_of_reach.reason_in_common(least), True
     return study
 
 
