@@ -30,6 +30,7 @@ from impactlab.refine.errors.smooth_touch import are_soft, stated_alone
 from impactlab.scene.bodies import Beam
 from impactlab.scene.facts import beams_of, is_lossy
 from impactlab.scene.method import Simulation, StepRule, laws_of
+from impactlab.scene.problem import Scene
 
 UNIT = "steps in the shortest time of the scene"
 COARSEST = 3 * STEPS  # steps in the shortest time, at least: three in a rise of force
@@ -120,9 +121,7 @@ class BeamModesFamily:
         self.longest_dt = COARSER * self._dt(math.ceil(self.steps_needed))
         # Static shapes are used if they replace many modes: all that are fast beside the force.
         self._leave_out(False, seen, magnified)
-        # The time in which the force on a wall rises is not known before the run.
-        meets_a_wall = any(not request.scene.bodies[point.body].moves for point in request.scene.faces)
-        if self.stiffness_known and are_soft(request) and not meets_a_wall:
+        if self.stiffness_known and are_soft(request) and not _meets_a_wall(request.scene):
             plain, alone = self._wanted(COARSEST) if self.same_modes else math.inf, dict(vars(self))
             if MIN_FEWER * math.ceil(self._few_with_shapes(max(self.steps_needed, COARSEST))) <= plain:
                 self._leave_out(True, seen, magnified)
@@ -371,3 +370,11 @@ class BeamModesFamily:
             detail=lambda n: f"{self.modes(n)} modes",
             finding=self.finding,
         )
+
+
+def _meets_a_wall(scene: Scene) -> bool:
+    """Return whether a body meets a wall.
+
+    The time in which such a force rises is not known before the run.
+    """
+    return any(not scene.bodies[point.body].moves for contact in scene.contacts for point in contact.faces)
