@@ -80,7 +80,7 @@ class Mesh(AbstractMesh):
         self.ends: tuple[tuple[int, End], ...] = ((0, rod.left), (len(self.nodes) - 1, rod.right))
         self.body = self.rod = rod
         self._gravity = gravity
-        self._rows: dict[tuple[float, Quantity], Array] = {}  # that were read
+        self._rows = {}
         kinds = self._kinds = {end.kind for _, end in self.ends}
         rayleigh = rod.damping.mass != 0.0 or rod.damping.stiffness != 0.0
         self._damped = rayleigh or "dashpot" in kinds or any(each.viscosity != 0.0 for each in rod.segments)
@@ -130,14 +130,9 @@ class Mesh(AbstractMesh):
             massless=tuple((x, self.left_out(x, "displacement", x)) for x in self.places),
         )
 
-    def row(self, x: float, quantity: Quantity) -> Array:
-        quantity = "displacement" if quantity == "velocity" else quantity  # the same row
-        if (row := self._rows.get((x, quantity))) is None:
-            row = self.nodal_row(x, quantity)
-            row = row if self._massless is None else self._massless.folded(row)
-            row.flags.writeable = False  # every caller gets the same array
-            self._rows[x, quantity] = row
-        return row
+    def _row(self, x: float, quantity: Quantity) -> Array:
+        row = self.nodal_row(x, quantity)
+        return row if self._massless is None else self._massless.folded(row)
 
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
         """Return the displacement that a force on a massless node adds at x, per force [m/N]."""

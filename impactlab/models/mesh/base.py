@@ -62,6 +62,18 @@ class AbstractMesh(AbstractDiscreteModel):
     places: tuple[float, ...]
     near: float
     struck: tuple[float, ...]
+    _rows: dict[tuple[float, Quantity], Array]  # that were read
+
+    def row(self, x: float, quantity: Quantity) -> Array:
+        quantity = "displacement" if quantity == "velocity" else quantity  # the same row
+        if (row := self._rows.get((x, quantity))) is None:
+            row = self._rows[x, quantity] = self._row(x, quantity)
+            row.flags.writeable = False  # every caller gets the same array
+        return row
+
+    @abstractmethod
+    def _row(self, x: float, quantity: Quantity) -> Array:
+        """Return a new array for `row`, which keeps it."""
 
     @abstractmethod
     def coordinates(self, profile: Profile) -> Array:

@@ -95,7 +95,7 @@ class BeamMesh(AbstractMesh):
         is_kept = np.ones(2 * len(self.nodes), bool)
         is_kept[held] = False
         self._kept = is_kept.nonzero()[0]
-        self._rows: dict[tuple[float, Quantity], Array] = {}  # that were read
+        self._rows = {}
         self._tensions = self._centrifugal_tensions()
         whole = self._assembled()
         uniform = np.zeros(2 * len(self.nodes))
@@ -141,14 +141,6 @@ class BeamMesh(AbstractMesh):
         if self._tensions is not None:
             pulled += float(self._tensions[number].max())
         return each.stiffness + max(0.0, pulled) * each.tension, mass
-
-    def row(self, x: float, quantity: Quantity) -> Array:
-        quantity = "displacement" if quantity == "velocity" else quantity  # the same row
-        if (row := self._rows.get((x, quantity))) is None:
-            row = self._row(x, quantity)
-            row.flags.writeable = False  # every caller gets the same array
-            self._rows[x, quantity] = row
-        return row
 
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
         """Return the internal force at x that elements lack per force at ``face`` between nodes."""
