@@ -35,9 +35,13 @@ class ImpactlabError(Exception):
         Name of the case file; filled in by `impactlab.casefile`.
     line : int or None
         Line in that file, from 1.
+    needs : str
+        `NUMBER` or `WHOLE` of a place that takes only those, where another value was given.
     """
 
-    def __init__(self, text: str, *, remedy: str = "", path: str = "", file: str = "", line: int | None = None) -> None:
+    def __init__(
+        self, text: str, *, remedy: str = "", path: str = "", file: str = "", line: int | None = None, needs: str = ""
+    ) -> None:
         super().__init__(text)
         self.text = text
         self.remedy = remedy
@@ -45,7 +49,7 @@ class ImpactlabError(Exception):
         self.file = file
         self.line = line
         self.given_by = ""  # the option or function that gave the value, where it does not stand in the file
-        self.needs = ""  # `NUMBER` or `WHOLE` of a place that takes only those, where another value was given
+        self.needs = needs
         self.led_back = False  # whether the path names a block as it stands in the file, not one made from it
         self.others: tuple[ImpactlabError, ...] = ()  # faults of the same file that were found with this one
 

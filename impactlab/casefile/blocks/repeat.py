@@ -82,13 +82,12 @@ def count_of(value: Any, path: str) -> int:
     whole = isinstance(value, (int, float)) and not isinstance(value, bool) and value == value // 1
     if not whole or not 1 <= value <= MAX_REPEAT:
         fault = "is out of range" if whole else "is not a whole number"
-        error = CaseError(
+        raise CaseError(
             f"{shown(value)} {fault}. Allowed: a whole number from 1 to {MAX_REPEAT}",
             remedy="Give the number of blocks to make from this one.",
             path=path,
+            needs=WHOLE,
         )
-        error.needs = WHOLE
-        raise error
     return int(value)
 
 

@@ -74,9 +74,7 @@ def _one(fault: ErrorDetails, data: Any, prefix: str, allowed: type[BaseModel]) 
     if fault["type"] == "union_tag_invalid":
         path += ".kind"
     text, remedy = _words(fault, keys, data, allowed, prefix)
-    error = CaseError(text, remedy=remedy, path=path)
-    error.needs = fault.get("ctx", {}).get("needs", "")
-    return error
+    return CaseError(text, remedy=remedy, path=path, needs=fault.get("ctx", {}).get("needs", ""))
 
 
 def _words(fault: ErrorDetails, keys: list[str], data: Any, allowed: type[BaseModel], prefix: str) -> tuple[str, str]:
