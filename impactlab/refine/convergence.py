@@ -166,6 +166,25 @@ def finest_error(pairs: Pairs, fineness: Sequence[float], order: float) -> Estim
     return estimates[-1]._replace(shown=all(estimate.shown for estimate in estimates))
 
 
+def error_of_two(distance: float, coarse: float, fine: float, order: float, share: float = MIN_ORDER_SHARE) -> float:
+    """Return the error of the finer of two levels.
+
+    It follows from the lowest order that an estimate assumes.
+
+    Parameters
+    ----------
+    distance : float
+        Of the two levels in one quantity.
+    coarse, fine : float
+        Their fineness.
+    order : float
+        Declared order of convergence.
+    share : float
+        Of the declared order, that is assumed.
+    """
+    return distance / (math.pow(fine / coarse, share * order) - 1.0)
+
+
 def _of_three(pairs: Pairs, first: int, fineness: Sequence[float], order: float) -> Estimate:
     coarse_middle, coarse_fine = pairs[first, first + 1], pairs[first, first + 2]
     middle_fine = pairs[first + 1, first + 2]

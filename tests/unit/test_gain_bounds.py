@@ -33,7 +33,7 @@ def test_the_gain_of_a_force_stays_below_its_bound(rho_inf: float, end: str | di
         prepared = ready(*pushed(rho_inf, end, pulse).simulation())
         plan, assembly = prepared.plan, prepared.assembly()
         assert assembly is not None
-        history, _ = step_through(plan, assembly, None, 0.0, False)
+        history, _ = step_through(plan, assembly, None, 0.0)
         bound = gain_of_forces(assembly, history)
         node = 8000.0 * AREA * LENGTH / ELEMENTS / 2.0
         square = 2.0 * pulse * FORCE**2 / 3.0

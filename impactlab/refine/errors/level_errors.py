@@ -12,6 +12,7 @@ from impactlab.refine.convergence import (
     Level,
     Reach,
     Study,
+    error_of_two,
     finest_error,
 )
 from impactlab.refine.descriptions.cost import ALIKE_S
@@ -240,10 +241,10 @@ def _extrapolated(
             return [(0.0, "")] * len(levels), 0.0  # all bodies stay at rest
     for of, pairs in apart:
         if last == 1:
-            ratio, margin = fineness[1] / fineness[0], 1.0
-            # the finer level's error if the order is the lowest that an estimate assumes
-            error = pairs[0, 1] / (math.pow(ratio, share * order) - 1.0) * max(safety, TWO_LEVEL_SAFETY)
-            by_order.append(SHOWN_SAFETY * pairs[0, 1] / (ratio**order - 1.0))
+            of_two = error_of_two(pairs[0, 1], fineness[0], fineness[1], order, share)
+            error = of_two * max(safety, TWO_LEVEL_SAFETY)
+            margin = 1.0
+            by_order.append(SHOWN_SAFETY * pairs[0, 1] / ((fineness[1] / fineness[0]) ** order - 1.0))
         else:
             estimate = finest_error(pairs, fineness, order)
             error = estimate.with_safety(safety)
