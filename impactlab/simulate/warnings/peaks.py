@@ -28,7 +28,7 @@ RESOLUTIONS = 3.0  # time resolutions: forces that last less may be oscillations
 MAX_TRIPS = 0.5  # round trips: fronts follow each other as fast, and a window holds no more than one
 # Largest force over the largest mean in this time, beyond the ratio of a force that decays as exp(-Z t/m). A half sine
 # as short as contacts without `coarse_contact` are has 1.02. TODO counts
-RATIO_WARN, RATIO_WARN_BEAMS = 1.08, 1.15
+RATIO_WARN, RATIO_WARN_BEAMS = 1.06, 1.15
 # Long runs keep means over several steps. The mean is then taken over this many records, if they are at most so many
 # times longer than the time above. Over such times more right forces vary: of 123 above this ratio 103 are wrong.
 MIN_RECORDS, MAX_LONGER, RATIO_WARN_LONGER = 2.0, 4.0, 1.25
