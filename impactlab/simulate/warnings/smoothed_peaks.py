@@ -34,7 +34,6 @@ PARTED_WARN = 0.04  # of a force before which the faces part: once to twice this
 MIN_PARTED = 0.7
 MIN_TRAVEL, LATE = 0.6, 0.9  # round trips after the first touch, from which fronts come back; fronts of other contacts
 BEFORE = 1.2  # oscillations before a largest force, in which its front began to arrive
-ADVICE = "give many more elements, a lumped mesh at courant 1, or model continuous"
 MAX_DECAYS = 1.0  # in a rise: a longer one says no more than that the force is not resolved
 MAX_RISE = 0.25  # round trips: a largest force later than that after a front does not belong to it
 
@@ -47,12 +46,12 @@ def smoothed(history: AbstractRecordedHistory, contact: Contact, facts: ContactF
     spans = history.spans(contact.name)
     if not spans or (facts.stiffness != math.inf and not facts.is_relative):
         return
-    found = _behind_first(history, contact, facts, advice) or _dispersed(history, contact, facts)
+    found = _behind_first(history, contact, facts, advice) or _dispersed(history, contact, facts, advice)
     if found is not None:
         yield found
 
 
-def _dispersed(history: AbstractRecordedHistory, contact: Contact, facts: ContactFacts) -> Warned | None:
+def _dispersed(history: AbstractRecordedHistory, contact: Contact, facts: ContactFacts, advice: str) -> Warned | None:
     """Return a warning where a mesh disperses fronts for so long that the force behind one is too small."""
     bodies = [history.scene.bodies[point.body].elastic for point in contact.faces]
     rods = [body for body in bodies if body is not None]
@@ -61,13 +60,17 @@ def _dispersed(history: AbstractRecordedHistory, contact: Contact, facts: Contac
     if any(keeps_waves(history, rod) for rod in rods) or lobes_of(history, rods, history.duration) == 0.0:
         return None
     peak = max(span.peak_force or 0.0 for span in history.spans(contact.name))
-    return _parted(history, contact, facts, rods, peak) or _decayed(history, contact, rods, peak)
+    found = _parted(history, contact, facts, rods, peak) or _decayed(history, contact, rods, peak)
+    if found is None:
+        return None
+    text = f"{found}; give {advice}, or a lumped mesh at courant 1, or model continuous"
+    return Warned("peak_smoothed", text, contact.name)
 
 
 def _parted(
     history: AbstractRecordedHistory, contact: Contact, facts: ContactFacts, rods: Sequence[ElasticBody], peak: float
-) -> Warned | None:
-    """Return a warning where faces part ahead of a front.
+) -> str | None:
+    """Return the text of a warning where faces part ahead of a front.
 
     The mass has then no force while the front passes; by the waves that decays as exp(-Z t/m) from its arrival on.
     """
@@ -82,20 +85,19 @@ def _parted(
         takes = lobes_of(history, rods, span.start)
         lost = -math.expm1(-takes * facts.impedance / facts.striker)
         if opening < takes and lost > PARTED_WARN:
-            text = (
+            return (
                 f"{contact.name}: the faces part for {opening:.3g} s before the contact at {span.start:.4g} s with a "
                 f"force of up to {force:.4g} N. A front takes {takes:.2g} s to pass on this mesh, and its ripples part "
                 f"the faces ahead of it: the force behind it is too small by about {100.0 * lost:.2g} %, within a "
-                f"factor of two; {ADVICE}"
+                "factor of two"
             )
-            return Warned("peak_smoothed", text, contact.name)
     return None
 
 
 def _decayed(
     history: AbstractRecordedHistory, contact: Contact, rods: Sequence[ElasticBody], peak: float
-) -> Warned | None:
-    """Return a warning where the force of the waves decays while a mesh lets it rise.
+) -> str | None:
+    """Return the text of a warning where the force of the waves decays while a mesh lets it rise.
 
     The largest force of the run is looked at, and the largest after a round trip, that of the waves may be larger.
     A wave from another mass on the rod decays as fast as the force there.
@@ -114,13 +116,11 @@ def _decayed(
         rise = RISE * airy_scale(history, rods, time)
         decays = min(rise * rate, MAX_DECAYS)
         if force + jump * math.expm1(decays) > (1.0 + LOSS_WARN) * peak:
-            text = (
+            return (
                 f"{contact.name}: the force of {force:.4g} N at {time:.4g} s follows a front, which takes {rise:.2g} s "
                 f"to pass on this mesh. In this time the force of the waves decays by "
-                f"{100.0 * -math.expm1(-decays):.2g} %: it is too small by about as much, within a factor of two; "
-                f"{ADVICE}"
+                f"{100.0 * -math.expm1(-decays):.2g} %: it is too small by about as much, within a factor of two"
             )
-            return Warned("peak_smoothed", text, contact.name)
     return None
 
 
