@@ -29,7 +29,9 @@ def airy_scale(history: AbstractRecordedHistory, bodies: Sequence[ElasticBody], 
     are, and for lumped masses at Courant number 1.
     """
     cube, dt, scheme = 0.0, history.dt or 0.0, history.method.integrator
-    travelled = max(0.0, time - _first_front(history))
+    events = history.events  # by time
+    first_front = events[0].time if events and not history.scene.waves_from_start else 0.0
+    travelled = max(0.0, time - first_front)
     explicit = isinstance(scheme, AbstractIntegrator) and scheme.needs_diagonal_mass
     for body in bodies:
         built = history.built[body.name]
@@ -39,11 +41,3 @@ def airy_scale(history: AbstractRecordedHistory, bodies: Sequence[ElasticBody], 
             of_step = (-1.0 if explicit else 2.0) * (dt / transit) ** 2
             cube = max(cube, abs((1.0 if lumped else -1.0) + of_step) * travelled * transit**2 / 8.0)
     return math.cbrt(cube)
-
-
-def _first_front(history: AbstractRecordedHistory) -> float:
-    """Return the time at which the first front starts [s]."""
-    for body in history.scene.elastic.values():
-        if body.loads or body.end_force or body.displacement is not None:
-            return 0.0
-    return min((event.time for event in history.events), default=0.0)
