@@ -402,8 +402,8 @@ def sentence(rows: list[Row]) -> str:
     stated = sum(row.measured <= row.expected + row.known + ROUNDING for row in served)
     return (
         f"Of {len(rows)} rows {len(rows) - len(served)} were refused. In {sum(row.met for row in served)} rows the "
-        f"tolerance was stated as met: {_keeping(served)} of these keep it, and {stated} lie within the error that "
-        "they state."
+        f"choice states that the tolerance is met. The measured error is within the tolerance in {_keeping(served)} of "
+        f"these, and within the stated error in {stated}."
     )
 
 
@@ -417,7 +417,7 @@ def parts_of(rows: list[Row]) -> dict[str, list[Row]]:
     tried = [row for row in served if row.expected > ROUNDING]
     found = {
         "all": served,
-        "exact answers": [row for row in served if row.expected <= ROUNDING],
+        "exact solutions": [row for row in served if row.expected <= ROUNDING],
         "rods, stepped": [row for row in tried if not row.beams],
         "beams": [row for row in tried if row.beams],
     }
@@ -439,12 +439,12 @@ def targets(rows: list[Row]) -> str:
     left = len(served) - len(compared["all"])
     shares = "; ".join(f"{name}: {_share(cheap[name])}" for name in parts if name in ("rods, stepped", "beams"))
     lines = [
-        ("The tolerance is kept in every row", f"{_keeping(served)} of {held} rows", _keeping(served) == held),
+        ("The tolerance is met in every row", f"{_keeping(served)} of {held} rows", _keeping(served) == held),
         (
             f"Solving takes at most {MAX_COST:g} times as long as the best other run in {100.0 * OFTEN:g} % of rows, "
             "on rods and on beams",
-            f"{_share(cheap['all'])} of rows ({shares}); without those whose references are less certain than the "
-            f"tolerance, and which have no best run ({left})",
+            f"{_share(cheap['all'])} of rows ({shares}), without {left} rows whose reference uncertainty exceeds the "
+            "tolerance",
             all(sum(each) >= OFTEN * len(each) for each in cheap.values()),
         ),
         (f"... and at most {WORST_COST:g} times in every row", f"largest: {worst:.1f} times", worst <= WORST_COST),
@@ -482,8 +482,8 @@ def summary(rows: list[Row]) -> str:
             sum(map(_is_late, part)),
         ))  # fmt: skip
     heads = (
-        "rows", "number", "at most twice the best", "largest cost", "at most twice the steady best", "largest",
-        "choosing at most 10 times the solving", "median", "90 %", "95 %", "largest",
+        "rows", "number", "solving at most 2 x best", "largest ratio", "solving at most 2 x steady best",
+        "largest ratio", "choosing at most 10 x solving", "median ratio", "90 %", "95 %", "largest",
         "choosing above 20 ms, solving below 1 ms",
     )  # fmt: skip
     return tables.table(heads, cells, text=("rows",))
