@@ -456,17 +456,17 @@ law with a choice of kinds counts once for each, a scheme that cuts steps at eve
 Does a law work with a scheme on a model, and how accurate is the result? Each cell is one combination. It runs
 `cases/axial_impact.yaml` (a mass on a clamped rod, alpha = 1, three round trips), or is refused before its first step.
 
-- **Steps:** ten points per shortest period; a Courant number of 1/2 for an explicit scheme on a mesh; `adaptive` chooses
-  its own. *located* cuts steps at events, the others interpolate the times of events within the step.
+- **Steps:** ten points per shortest period; a Courant number of 1/2 for an explicit scheme on a mesh; `adaptive`
+  chooses its own. *located* cuts steps at events, the others interpolate the times of events within the step.
 - **Stiffnesses:** the defaults, relative to EA/h; 1e13 N/m^1.5 for the power laws.
 - **The continuous model** solves hard contacts and constant springs from event to event, without a step. Under other
   laws it is a delay line, which is stepped and needs no scheme.
 
 Models whose names begin as follows run another case:
 
-- *beam:* runs `cases/sphere_on_beam.yaml` (a sphere, one contact). The explicit scheme on a mesh has a Courant number of
-  0.1, power laws the stiffness of the case, springs 1.6e7 N/m. Errors are relative to the converged result with Hertz's
-  law, also those of other laws. A hard contact on this beam has no convergent force.
+- *beam:* runs `cases/sphere_on_beam.yaml` (a sphere, one contact). The explicit scheme on a mesh has a Courant number
+  of 0.1, power laws the stiffness of the case, springs 1.6e7 N/m. Errors are relative to the converged result with
+  Hertz's law, also those of other laws. A hard contact on this beam has no convergent force.
 - *turning beam:* runs `cases/rotating_beam.yaml` over 5 ms, two contacts, springs 2.1e6 N/m.
 - *slider-crank:* runs `cases/slider_crank.yaml`, whose connecting rod strikes a block after 1 mm, over 1.5 ms, springs
   2.7e7 N/m. Errors of block and slider are relative to the same mechanism with 24 modes at 0.25 us.
