@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from pydantic_core import PydanticCustomError
 
 from impactlab.casefile.text.words import listed, shown
-from impactlab.casefile.values.faults import FIX_VALUE, case_error, refuse
+from impactlab.casefile.values.faults import CHECK_FILE, case_error, refuse
 from impactlab.casefile.values.fields import Allowed, Reader
 from impactlab.casefile.values.materials import MATERIALS
 from impactlab.casefile.values.units import to_si, with_power
@@ -126,7 +126,7 @@ def _with_exponent(text: str, path: str, unit: str, part: Any, given: Mapping[st
     try:
         return to_si(text, with_power(unit, n))
     except ValueError as error:
-        raise CaseError(str(error), remedy=FIX_VALUE, path=path) from error
+        raise CaseError(str(error), remedy=CHECK_FILE, path=path) from error
 
 
 def _read_inside(value: Any, path: str, group: Group, registry: Registry) -> Any:
