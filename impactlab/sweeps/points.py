@@ -132,7 +132,7 @@ def row(made: Sweep, number: int) -> PointResult:
         found = values(history, made.wanted, case.registry)
         return PointResult(STATUSES.index(status_of(history)), "", found)
     except ImpactlabError as error:
-        return missing(made, "failed" if isinstance(error, StepError) else "refused", str(error))
+        return missing(made, "failed" if isinstance(error, StepError) else "refused", error.in_a_line())
     except Exception as error:  # noqa: BLE001 - a part may raise anything; its point reports it
         return missing(made, "failed", f"{type(error).__name__}: {error}")
 
