@@ -165,3 +165,12 @@ def test_uncertainties_of_an_extreme_are_printed_without_a_linear_estimate() -> 
     assert spread.deviation.value / spread.mean.value == pytest.approx(0.05, rel=0.1)
     assert name in str(found).partition("No linear estimate")[0]
     assert [text.startswith(f"No linear estimate of {name}") for text in found.warnings] == [True]
+
+
+def test_an_extreme_along_a_rod_does_not_hide_the_linear_estimates_of_other_quantities() -> None:
+    names = ["max(stress:rod)", "peak_force"]
+    found = il.uncertainty(case(), {VELOCITY: "normal(1 m/s, 5 %)"}, quantities=names, samples=64)
+    along, peak = found.spreads
+    assert math.isnan(along.linear_mean)
+    assert along.mean.value == pytest.approx(YOUNG / SPEED, rel=1e-2)
+    assert peak.linear_mean == pytest.approx(DENSITY * SPEED * AREA, rel=1e-9)
