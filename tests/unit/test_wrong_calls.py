@@ -15,8 +15,8 @@ from impactlab.errors import CaseError
 @pytest.mark.parametrize(
     ("call", "text", "remedy"),
     [
-        (lambda: il.Rod("20 mm", "2 m"), "without the name of its parameter: '20 mm', '2 m'", "Write Rod(length=..."),  # type: ignore[misc]
-        (lambda: il.Mass(1.0, 2.0), "without the name of its parameter: 2.0", "Write Mass(mass, velocity=..."),  # type: ignore[misc]
+        (lambda: il.Rod("20 mm", "2 m"), "without the name of its parameter: '20 mm', '2 m'", "Write Rod(length=..."),  # type: ignore[call-arg]
+        (lambda: il.Mass(1.0, 2.0), "without the name of its parameter: 2.0", "Write Mass(mass, velocity=..."),  # type: ignore[call-arg]
         (lambda: il.hopkinson.Bar(material="steel"), "Bar has no parameter 'material'", "Bar(diameter, wave_speed"),  # type: ignore[call-arg]
         (lambda: il.hopkinson.Bar("20 mm"), "Bar needs wave_speed and density too", "Bar(diameter, wave_speed"),  # type: ignore[call-arg]
         (lambda: il.hopkinson.Specimen(), "Specimen needs length and diameter", "Specimen(length, diameter)"),  # type: ignore[call-arg]
