@@ -118,7 +118,8 @@ def _words(fault: ErrorDetails, keys: list[str], data: Any, allowed: type[BaseMo
         case "too_short" | "too_long" | "string_too_long":
             limits = {"min_length": "at least", "max_length": "at most"}
             allowed_length = ", ".join(f"{word} {context[key]}" for key, word in limits.items() if key in context)
-            return f"{given} has the wrong length. Allowed: {allowed_length}", CHECK_FILE
+            remedy = "Add an entry." if kind == "too_short" else "Make it shorter."
+            return f"{given} has the wrong length. Allowed: {allowed_length}", remedy
         case _ if kind in _NEEDED:
             return _of_wrong_type(fault, keys, _allowed_at(keys, data, allowed))
         case _:
