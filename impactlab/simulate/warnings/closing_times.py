@@ -11,6 +11,8 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from impactlab.history.base import ContactSpan, Warned
 from impactlab.history.frame import frames, in_frame, touched_in
 from impactlab.metrics.norms import midpoints
@@ -120,8 +122,10 @@ def _shares(faces: Mapping[str, Array], displaced: float) -> Iterator[tuple[floa
 
 
 def _mean(values: Array) -> float:
-    """Return the square mean of values."""
-    return math.sqrt(float(values @ values) / values.size)
+    """Return the square mean of values, divided by a power of two before: squares of 1e154 m overflow."""
+    _, power = math.frexp(max(float(values.max()), -float(values.min())))
+    scaled = np.ldexp(values, -power)
+    return math.ldexp(math.sqrt(float(scaled @ scaled) / values.size), power)
 
 
 def _late(
