@@ -426,8 +426,8 @@ def sentence(rows: list[Row]) -> str:
     stated = sum(row.measured <= row.expected + row.known + ROUNDING for row in served)
     return (
         f"Of {len(rows)} rows {len(rows) - len(served)} were refused. In {sum(row.met for row in served)} rows the "
-        f"tolerance was stated as met: {_keeping(served)} of these keep it, and {stated} lie within the error that "
-        "they state."
+        f"choice states that the tolerance is met. The measured error is within the tolerance in {_keeping(served)} of "
+        f"these, and within the stated error in {stated}."
     )
 
 
@@ -441,7 +441,7 @@ def parts_of(rows: list[Row]) -> dict[str, list[Row]]:
     tried = [row for row in served if row.expected > ROUNDING]
     found = {
         "all": served,
-        "exact answers": [row for row in served if row.expected <= ROUNDING],
+        "exact solutions": [row for row in served if row.expected <= ROUNDING],
         "rods, stepped": [row for row in tried if not row.beams],
         "beams": [row for row in tried if row.beams],
     }
@@ -463,12 +463,12 @@ def targets(rows: list[Row]) -> str:
     left = len(served) - len(compared["all"])
     shares = "; ".join(f"{name}: {_share(cheap[name])}" for name in parts if name in ("rods, stepped", "beams"))
     lines = [
-        ("The tolerance is kept in every row", f"{_keeping(served)} of {held} rows", _keeping(served) == held),
+        ("The tolerance is met in every row", f"{_keeping(served)} of {held} rows", _keeping(served) == held),
         (
             f"Solving takes at most {MAX_COST:g} times as long as the best other run in {100.0 * OFTEN:g} % of rows, "
             "on rods and on beams",
-            f"{_share(cheap['all'])} of rows ({shares}); without those whose references are less certain than the "
-            f"tolerance, and which have no best run ({left})",
+            f"{_share(cheap['all'])} of rows ({shares}), without {left} rows whose reference uncertainty exceeds the "
+            "tolerance",
             all(sum(each) >= OFTEN * len(each) for each in cheap.values()),
         ),
         (f"... and at most {WORST_COST:g} times in every row", f"largest: {worst:.1f} times", worst <= WORST_COST),
@@ -504,25 +504,29 @@ def families_of(rows: list[Row]) -> dict[str, list[Row]]:
 
 
 def summary(parts: Mapping[str, list[Row]]) -> str:
-    """Return cost and choosing by kind of row, as a Markdown table.
+    """Return cost and choosing by kind of row, as two Markdown tables.
 
     They are shares and quantiles.
     """
-    cells = []
+    solving, choosing = [], []
     for name, part in parts.items():
-        cells.append((
+        solving.append((
             name, len(part), _share([row.cost <= MAX_COST for row in part]), f"{max(row.cost for row in part):.1f}",
             _share([row.steady_cost <= MAX_COST for row in part]), f"{max(row.steady_cost for row in part):.1f}",
-            _share([row.choosing <= MAX_CHOOSING for row in part]),
+        ))  # fmt: skip
+        choosing.append((
+            name, _share([row.choosing <= MAX_CHOOSING for row in part]),
             *(f"{np.percentile([row.choosing for row in part], share):.2g}" for share in (50, 90, 95, 100)),
             sum(map(_is_late, part)),
         ))  # fmt: skip
     heads = (
-        "rows", "number", "at most twice the best", "largest cost", "at most twice the steady best", "largest",
-        "choosing at most 10 times the solving", "median", "90 %", "95 %", "largest",
-        "choosing above 20 ms, solving below 1 ms",
+        ("rows", "number", "solving at most 2 x best", "largest ratio", "at most 2 x steady best", "largest ratio"),
+        (
+            "rows", "choosing at most 10 x solving", "median ratio", "90 %", "95 %", "largest",
+            "above 20 ms, solving below 1 ms",
+        ),
     )  # fmt: skip
-    return tables.table(heads, cells, text=("rows",))
+    return "\n\n".join(tables.table(*each, text=("rows",)) for each in zip(heads, (solving, choosing), strict=True))
 
 
 def _share(kept_by: list[bool]) -> str:
