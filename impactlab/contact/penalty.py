@@ -135,6 +135,7 @@ class Penalty(AbstractContactLaw):
             elif explicit:
                 reply.dissipated = max(0.0, -(force + overlapping) * travel)
             else:  # only faces in contact move the dashpot
+                reply.excess = max(0.0, 1.0 - 1.0 / weight) * (force + stiffness * end)
                 rate = port.acting_rate + port.acting_rate_per_force * force
                 reply.dissipated = max(0.0, damping * rate * (travel + max(gap, 0.0)))
         elif averaged or explicit or damping > 0.0:
