@@ -56,6 +56,7 @@ RETURNED = (
     "decay time of damped modes, and the scheme overshoots their velocities"
 )
 MAX_GAIN = 1.0  # of the reference energy: a run that more than doubles it is failed, even if its parts declare more
+MAX_LOSS = 3.0  # of the reference energy: bodies have at most twice that, from the start and by work of loads
 ROUNDING_TOL = 1e-9  # of the energy of all bodies: the rounding of thousands of steps
 OVERLAP_WARN = 0.1  # of the travel of the faces, under a law without overlap
 OVERLAP_TOL = 1e-13  # of the reference energy, that the mean force does over an overlap: less is rounding
@@ -255,8 +256,8 @@ def _finite(values: Array) -> bool:
 def check_gain(history: AbstractHistory, bound: float, remedy: Callable[[], str], failure: Failure) -> None:
     """Raise `StepError` where energy grew beyond its bound, or its balance is not finite.
 
-    A run that more than doubles the energy of its bodies is not a motion of theirs, even if its parts declare more.
-    ``remedy`` is called where it did.
+    A run that more than doubles the energy of its bodies is not a motion of theirs, even if its parts declare more. Nor
+    is one that loses more than they have, as where a law stores a negative energy. ``remedy`` is called where it did.
     """
     if not _finite(history.energy.balance):
         text = "the balance of energy is not a finite number: a law returned an energy that is not a finite number"
@@ -266,6 +267,9 @@ def check_gain(history: AbstractHistory, bound: float, remedy: Callable[[], str]
         over = beyond(history, gain, bound)
         declared = f"these parts declare at most {bound:.3g}" if over else "no run may more than double it"
         raise failure(f"energy grew by {gain:.3g} of the reference energy, and {declared}", remedy=remedy())
+    loss = history.energy.largest_loss * history.energy.scale / reference_energy(history)
+    if beyond(history, loss, MAX_LOSS):
+        raise failure(f"energy fell by {loss:.3g} of the reference energy, more than there was", remedy=remedy())
 
 
 def beyond(history: AbstractHistory, share: float, allowed: float) -> bool:

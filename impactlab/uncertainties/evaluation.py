@@ -25,7 +25,14 @@ from impactlab.uncertainties.edges import edges_within
 from impactlab.uncertainties.linear import Linear, estimates, linear
 from impactlab.uncertainties.records import Index, Share, Spread
 from impactlab.uncertainties.result import Uncertainty
-from impactlab.uncertainties.statistics import deviation, estimate, needed_samples, percentile, probability, sobol_indices
+from impactlab.uncertainties.statistics import (
+    deviation,
+    estimate,
+    needed_samples,
+    percentile,
+    probability,
+    sobol_indices,
+)
 
 if TYPE_CHECKING:
     import xarray
