@@ -52,8 +52,7 @@ class Job(NamedTuple):
 def case_files(cases: Sequence[Path], suite: str) -> list[Path]:
     """Return the files of the cases given, or those of a suite.
 
-    A suite is in the current folder. Where that has no folder ``cases``, the standard suite is that of the cases that
-    come with impactlab.
+    A suite is in the current folder. Where that has no such folder, it is that of the cases that come with impactlab.
 
     Raises
     ------
@@ -64,8 +63,9 @@ def case_files(cases: Sequence[Path], suite: str) -> list[Path]:
     if cases and suite not in SUITES and not folder.is_dir():
         raise CaseError(f"there is no suite '{suite}'", remedy=f"Allowed: {', '.join(SUITES)}.", path="--suite")
     files = list(cases) or sorted(folder.glob("*.yaml"))
-    if not files and suite == "standard" and not folder.is_dir():
-        files = list(starter.cases().values())
+    if not files and not folder.is_dir():
+        inside = "" if suite == "standard" else suite
+        files = [file for name, file in starter.cases().items() if name.rpartition("/")[0] == inside]
     if not files:
         raise CaseError(
             f"there are no cases in '{folder}'", remedy="Give case files, or go to the folder that holds 'cases'."

@@ -22,7 +22,7 @@ from impactlab.casefile.path_units import unit_of
 from impactlab.casefile.places import locate, placed
 from impactlab.casefile.resolve import resolve
 from impactlab.casefile.schema import CaseBlock
-from impactlab.casefile.starter import case_named
+from impactlab.casefile.starter import case_file
 from impactlab.casefile.text.limits import MAX_GIVEN, check_texts, check_tree
 from impactlab.casefile.text.words import shown
 from impactlab.casefile.text.written import yaml_text
@@ -308,12 +308,10 @@ def load_case(path: str | Path, *, registry: plugins.Registry | None = None) -> 
         If a part it names is not installed or cannot be used.
     """
     expect_path(path, "load_case", "Of plain values a case is made by il.Case.from_dict({...}).")
-    file = Path(path)
-    if not file.suffix and not file.exists() and file.name == str(path):
-        path = file = case_named(file.name)
+    file = case_file(Path(path))
     with spent_on("reading"):
         document = read_document(file)
-    return case_of(file.stem, str(path), document, registry=registry)
+    return case_of(file.stem, str(file), document, registry=registry)
 
 
 def case_of(

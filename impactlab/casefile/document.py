@@ -12,12 +12,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from impactlab.casefile.starter import cases
+from impactlab.casefile.starter import known_case
 from impactlab.casefile.text.limits import MAX_DEPTH, MAX_VALUES, REMEDY, SERIES, Keys, check_tree, too_deep, too_many
 from impactlab.casefile.text.words import shown
 from impactlab.casefile.text.yaml_values import yaml_value
 from impactlab.errors import CaseError, closest
 
+ENDINGS = ".yaml", ".yml", ".toml", ".json"  # of case files
 MAX_BYTES = 1_000_000  # bytes
 MAX_LINES = 50_000
 MAX_VALUE = 10_000  # characters of a value given on the command line
@@ -53,7 +54,7 @@ def read_document(path: Path, kind: Kind = CASE) -> Document:
     CaseError
         If the file is missing, too large, too deep, or of another format than its ending.
     """
-    readers = {".yaml": parse_yaml, ".yml": parse_yaml, ".toml": parse_toml, ".json": parse_json}
+    readers = dict(zip(ENDINGS, (parse_yaml, parse_yaml, parse_toml, parse_json), strict=True))
     reader = readers.get(path.suffix.lower())
     if reader is None and path.is_dir():
         reader = parse_yaml  # its text is asked for, and refused
@@ -74,7 +75,7 @@ def _text(path: Path) -> str:
     if not path.is_file():
         what = "is a folder, not a file" if path.is_dir() else "does not exist"
         remedy = "Give the path of a case file."
-        if path.stem in cases():
+        if known_case(path.stem) is not None:
             remedy = f"Give {path.stem!r}, without its ending, for the case of that name that comes with impactlab."
         raise CaseError(f"the case file {what}.{_neighbour(path)}", remedy=remedy)
     with path.open("rb") as stream:
@@ -92,7 +93,7 @@ def _text(path: Path) -> str:
 def _neighbour(path: Path) -> str:
     if not path.parent.is_dir():
         return f" There is no folder {shown(str(path.parent))}."
-    files = (other for other in path.parent.iterdir() if other.is_file())
+    files = (other for other in path.parent.iterdir() if other.suffix.lower() in ENDINGS and other.is_file())
     return closest(path.name, (other.name for other in files if closest(path.stem, [other.stem])))  # endings are alike
 
 

@@ -18,28 +18,48 @@ def kinds() -> list[str]:
 
 
 def cases() -> dict[str, Path]:
-    """Return the cases that come with the package, by name."""
+    """Return the cases that come with the package by name: ``axial_impact``, ``granular/solitary_wave``."""
     folder = PACKAGE / "cases"  # of an installed package
     if not folder.is_dir():
         folder = PACKAGE.parent / "cases"  # of a checkout
-    return {file.stem: file for file in sorted(folder.glob("*.yaml"))}
+    files = [*sorted(folder.glob("*.yaml")), *sorted(folder.glob("*/*.yaml"))]
+    return {file.relative_to(folder).with_suffix("").as_posix(): file for file in files}
+
+
+def known_case(name: str) -> Path | None:
+    """Return the file of a case by its name, that of its folder first or left out; None if there is none."""
+    known = cases()
+    return known.get(name) or next((file for file in known.values() if file.stem == name), None)
+
+
+def case_file(given: Path) -> Path:
+    """Return a case file: the one at a path, or the one that comes with the package under that name.
+
+    Raises
+    ------
+    CaseError
+        If it has no ending of a file, and no such case comes with the package.
+    """
+    if given.suffix or given.is_file() or (given.is_dir() and known_case(given.as_posix()) is None):
+        return given
+    return case_named(given.as_posix())
 
 
 def case_named(name: str) -> Path:
-    """Return the file of a case that comes with the package.
+    """Return the file of a case that comes with the package; its folder may be left out: ``solitary_wave``.
 
     Raises
     ------
     CaseError
         If there is none of that name.
     """
-    known = cases()
-    if name not in known:
-        here = Path(f"{name}.yaml")
-        remedy = f"Did you mean {str(here)!r}?" if here.exists() else closest(name, known).strip()
+    file = known_case(name)
+    if file is None:
+        here, names = Path(f"{name}.yaml"), [each.rpartition("/")[2] for each in cases()]
+        remedy = f"Did you mean {str(here)!r}?" if here.exists() else closest(name, names).strip()
         remedy = remedy or "Give the path of a case file; `impactlab cases` lists the bundled cases."
         raise CaseError(f"there is no file {shown(name)}, and no case of that name comes with impactlab", remedy=remedy)
-    return known[name]
+    return file
 
 
 def write_starter(name: str, folder: Path, kind: str) -> Path:

@@ -39,7 +39,7 @@ def cases(
         if name is not None:
             file = starter.case_named(name)
             if copy:
-                console.say(f"written: {starter.write_copy(file, name, Path.cwd())}")
+                console.say(f"written: {starter.write_copy(file, file.stem, Path.cwd())}")
             else:
                 print(file.read_text(encoding="utf-8"), end="")
             return

@@ -90,7 +90,7 @@ def names_in(text: str) -> list[str]:
 def found(case: Path) -> Path:
     """Return the file of a case, also by the name of a packaged one."""
     expect_path(case, "a command")
-    return case if case.suffix or case.exists() or len(case.parts) > 1 else starter.case_named(str(case))
+    return starter.case_file(case)
 
 
 def load(

@@ -129,6 +129,13 @@ def model_label(model: Mapping[str, Any]) -> str:
     return f"{model['kind']} {'/'.join(sizes)}".strip()
 
 
+def model_words(model: Mapping[str, Any]) -> str:
+    """Return a model in words: ``modal, 40 modes of 100 elements, consistent mass``."""
+    sizes = [f"{model[key]} {key}" for key in ("modes", "elements") if model.get(key) is not None]
+    mass = f"{model['mass']} mass" if model.get("elements") and model.get("mass") else ""
+    return ", ".join(filter(None, (model["kind"], " of ".join(sizes), mass)))
+
+
 def in_round_trips(time: float | None, summary: Mapping[str, Any]) -> float | None:
     """Return a time [s] of a summary in round trips T; None without time or T."""
     return None if time is None or not summary.get("round_trip") else time / float(summary["round_trip"])

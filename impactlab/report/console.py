@@ -46,6 +46,7 @@ ADVICE_OF_STEP = (
     "for many runs: each joint of segments splits each front; with solve.step.dt the same "
     "rods are delay lines in steps, with wave_identification for hard contact"
 )
+MAX_NAMES = 4  # of bodies with one model that are printed
 MAX_LAWS = 4  # from which the laws of contacts are counted by kind
 STEADY = (
     ("rate", "rad/s", ""),
@@ -72,10 +73,21 @@ def print_json(document: Any) -> None:
     print(text.encode("utf-8", "backslashreplace").decode("utf-8"), flush=True)
 
 
+def _models(models: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return the models of bodies in words, those that are alike together."""
+    alike: dict[str, list[str]] = {}
+    for name, model in models.items():
+        alike.setdefault(comparison.model_words(model), []).append(name)
+    return "; ".join(
+        f"{', '.join(names) if len(names) <= MAX_NAMES else f'{len(names)} bodies'}: {words}"
+        for words, names in alike.items()
+    )
+
+
 def summary_text(summary: Mapping[str, Any]) -> str:
     """Return the summary of a run for people."""
     method = summary["method"]
-    models = ", ".join(f"{name} {model['kind']}" for name, model in method["models"].items()) or "rigid bodies"
+    models = _models(method["models"]) or "rigid bodies"
     kinds = [law["kind"] for law in method["laws"]]
     if len(kinds) > MAX_LAWS:
         kinds = [f"{count} {kind}" for kind, count in Counter(kinds).items()]

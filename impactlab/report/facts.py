@@ -18,7 +18,7 @@ from impactlab.options import Relative
 from impactlab.plugins import kind_of
 from impactlab.prefixes import scaled
 from impactlab.printing import enumerated
-from impactlab.report.comparison import cell, in_round_trips, model_label
+from impactlab.report.comparison import cell, in_round_trips, model_words
 from impactlab.report.summary import STEPPED, has_numbers
 from impactlab.scene.bodies import Beam, Body, End, Mass, Mechanism, PartMechanism, Shaft, Wall, WaveBody
 from impactlab.scene.method import Method, laws_of
@@ -247,7 +247,7 @@ def method_facts(
     """
     used = summary["method"]
     stepped = used.get("stepping", STEPPED) if used["dt"] and not used["integrator"] else ""
-    models = {name: ", ".join(filter(None, (model_label(each), stepped))) for name, each in used["models"].items()}
+    models = {name: ", ".join(filter(None, (model_words(each), stepped))) for name, each in used["models"].items()}
     if len(models) > 1 and len(set(models.values())) == 1:
         models = {"all bodies": next(iter(models.values()))}
     facts = [(f"model of {name}", model) for name, model in models.items()]

@@ -184,19 +184,23 @@ def test_a_grid_that_is_no_block_is_refused_with_the_form_of_a_grid(tmp_path: Pa
 
 def test_a_suite_without_cases_is_refused_with_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "cases" / "hard").mkdir(parents=True)
     with pytest.raises(CaseError, match="there are no cases in 'cases/hard'"):
         case_files([], "hard")
     with pytest.raises(CaseError, match="two cases are called 'axial_impact'"):
         case_files([PAPER, tmp_path / "axial_impact.yaml"], "standard")
 
 
-def test_without_a_folder_of_cases_the_standard_suite_is_that_of_the_bundled_cases(
+def test_without_a_folder_of_cases_a_suite_is_that_of_the_bundled_cases(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     files = case_files([], "standard")
     assert "axial_impact" in {file.stem for file in files}
     assert len(files) > 30
+    hard = {file.stem for file in case_files([], "hard")}
+    assert {"zeno", "grazing"} <= hard
+    assert "axial_impact" not in hard
     (tmp_path / "cases").mkdir()  # a folder of one's own, still empty
     with pytest.raises(CaseError, match="there are no cases in 'cases'"):
         case_files([], "standard")

@@ -120,6 +120,7 @@ def test_wrong_input_leaves_with_2_and_one_document(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "somebody").mkdir()
     (tmp_path / "somebody" / "work").touch()
+    (tmp_path / "cases" / "hard").mkdir(parents=True)
     done = CliRunner().invoke(app, ["bench", *arguments, "--json"])
     assert done.exit_code == 2, done.stderr
     assert said in done.stderr

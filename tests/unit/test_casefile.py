@@ -479,6 +479,22 @@ def test_a_case_that_comes_with_the_package_is_loaded_by_its_name():
         load_case("two_rodes")
 
 
+def test_the_folder_of_a_case_of_the_package_may_be_left_out():
+    assert load_case("tapered_chain").to_yaml() == load_case("granular/tapered_chain").to_yaml()
+
+
+def test_a_folder_of_results_does_not_hide_the_case_of_its_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("two_rods").mkdir()
+    assert load_case("two_rods").label == "two_rods"
+    Path("results").mkdir()
+    with pytest.raises(CaseError, match="is a folder, not a file"):
+        load_case("results")
+    Path("mine.txt").touch()
+    with pytest.raises(CaseError, match=r"does not exist\.\n"):
+        load_case("mine.yaml")
+
+
 def test_a_rod_of_one_segment_keeps_the_keys_that_it_was_given():
     piece = {"length": 0.3, "area": 1e-4, "material": "steel"}
     made = Case.from_dict({

@@ -267,8 +267,9 @@ def test_new_replaces_no_file_and_takes_no_path(tmp_path, monkeypatch):
 
 def test_cases_of_the_package_are_listed_printed_copied_and_run_by_name(tmp_path, monkeypatch):
     titles = json.loads(invoke("cases", "--json").stdout)["cases"]
-    assert set(titles) == {file.stem for file in Path(AXIAL).parent.glob("*.yaml")}
-    assert f"axial_impact               {titles['axial_impact']}\n" in invoke("cases").stdout
+    folder = Path(AXIAL).parent
+    assert set(titles) == {str(file.relative_to(folder).with_suffix("")) for file in folder.rglob("*.yaml")}
+    assert f"axial_impact                 {titles['axial_impact']}\n" in invoke("cases").stdout
     assert invoke("cases", "axial_impact").stdout == Path(AXIAL).read_text()
     monkeypatch.chdir(tmp_path)
     assert invoke("cases", "axial_impact", "--copy").exit_code == 0
@@ -276,6 +277,7 @@ def test_cases_of_the_package_are_listed_printed_copied_and_run_by_name(tmp_path
     assert invoke("run", "two_rods", "--method", "continuous").exit_code == 0
     wrong = invoke("run", "two_rod")
     assert (wrong.exit_code, "Did you mean 'two_rods'?" in wrong.stderr) == (2, True)
+    assert invoke("run", "solitary_wav").stderr.endswith("Did you mean 'solitary_wave'?\n")
     Path("axial_impact.yaml").rename("mine.yaml")
     without_ending = invoke("run", "mine")
     assert (without_ending.exit_code, "Did you mean 'mine.yaml'?" in without_ending.stderr) == (2, True)

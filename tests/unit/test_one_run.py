@@ -74,11 +74,18 @@ def test_a_coarse_run_gives_the_fineness_of_the_next_one(law, ends, x, tolerance
     assert difference(history, finer, *counted(asked)) < history.choice.expected_error
 
 
+def test_a_run_of_few_rises_of_force_needs_fewer_steps():
+    """Its error has less time to grow: as the square of the duration, up to some twenty rises."""
+    short, twice, long, longer = (next(iter(in_turn(struck(1e-4, duration=d))[0])) for d in (2e-4, 4e-4, 1e-2, 2e-2))
+    assert twice.error(1000) == pytest.approx(4.0 * short.error(1000))
+    assert longer.error(1000) == long.error(1000) > 4.0 * twice.error(1000)
+
+
 def test_a_coarser_run_goes_before_a_long_one():
     """The same blow with long free flight after it: what the tolerance needs is seen by a run of half the steps."""
     short, long = (next(iter(in_turn(struck(1e-4, duration=duration))[0])) for duration in (1e-3, 1e-2))
     assert short.first_alone(1e-4) == short.fineness_for(1e-4, short.alone)
-    assert long.first_alone(1e-4) == pytest.approx(0.5 * short.first_alone(1e-4), abs=1)
+    assert long.first_alone(1e-4) == pytest.approx(0.5 * long.fineness_for(1e-4, long.alone), abs=1)
     history = api.solve(*struck(1e-4, duration=1e-2))
     assert history.choice.met
     assert len(levels_of(history)) == 2

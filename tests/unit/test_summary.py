@@ -312,6 +312,14 @@ def test_a_stepped_delay_line_is_not_described_as_solved_from_event_to_event() -
     assert dict(method_facts(exact))["model of rod"] == "continuous"
 
 
+def test_models_are_given_in_words_and_alike_ones_together():
+    models = {f"bar_{number}": {"kind": "finite_element", "elements": 20, "mass": "lumped"} for number in range(5)}
+    summary = il.run(il.load_case("axial_impact")).summary()
+    assert "\n  method    rod: modal, 40 modes of 100 elements, consistent mass; wave_id" in summary_text(summary)
+    summary["method"]["models"] |= models
+    assert "mass; 5 bodies: finite_element, 20 elements, lumped mass; wave_id" in summary_text(summary)
+
+
 @pytest.mark.parametrize(
     ("law", "words"),
     [

@@ -53,8 +53,10 @@ CLOSED = 3.7  # rises of its force, for which a contact is closed as a ball stri
 # four of them more than twice. At a loose end 4 of 85 had more than four times it, 8.8 at most, and one other run 14.
 TOUCHED_AGAIN, TOUCHED_AGAIN_AT_END = 3.2, 4.0
 DEFAULT_TOLERANCE = 1e-3  # where a scene has none: for trials of the cost model
-# Factors of predicted errors: medians over the scenes of benchmarks/choice.py.
-ERROR_OF_MODES, ERROR_OF_SPRINGS = 0.15, 0.04
+# Factors of predicted errors: medians over the scenes of benchmarks/choice.py; where a wall is met, whose force rises
+# in a time that is not known.
+ERROR_OF_MODES, ERROR_OF_SPRINGS, ERROR_OF_SPRINGS_AT_WALLS = 0.15, 0.25, 0.04
+LONG_RUN = 18.0  # rises of force: in a shorter run the error has less time to grow
 ERROR_OF_IMPULSES = 0.2  # factor on these if only impulses count, in which errors of the force partly cancel
 MISSING_MARGIN = 1.5  # on errors by modes left out: measured errors are 0.1 to 1.2 of `left_out.beside_contacts`
 MISSING_MARGIN_OF_SHAPES = 2.5  # the same where static shapes stand for them: 99 % of random beams below 2.6
@@ -106,8 +108,9 @@ class BeamModesFamily:
         self.meshed = [beam for beam in self.beams if not has_closed_form(beam)]
         self.closed_form = not self.meshed
         self.tolerance = request.method.tolerance.error if request.method.tolerance else DEFAULT_TOLERANCE
-        springs = all(law.is_spring for law in laws_of(*request))
-        self.factor = counted_share(request) * (ERROR_OF_SPRINGS if springs else ERROR_OF_MODES)
+        rises = (times.rise for times in times_of(*request).values())
+        self.rise = min((rise for rise in rises if not math.isnan(rise)), default=self.shortest / STEPS)
+        self.factor = counted_share(request) * self._error_by_steps()
         self.steps_needed = STEPS * math.sqrt(3.0 * self.factor / self.tolerance)
         self.max_modes = MAX_MODES if self.closed_form else int(MAX_DENSE_ELEMENTS / ELEMENTS_PER_MODE)
         # A dashpot is stiff at its touch, however soft its spring: then the modes left out are not known to be few.
@@ -118,8 +121,6 @@ class BeamModesFamily:
         self.longest_dt = COARSER * self._dt(math.ceil(self.steps_needed))
         # Static shapes are used if they replace many modes: all that are fast beside the force.
         self._leave_out(False, seen, magnified)
-        rises = (times.rise for times in times_of(*request).values())
-        self.rise = min((rise for rise in rises if not math.isnan(rise)), default=self.shortest / STEPS)
         if self.stiffness_known and are_soft(request) and not _meets_a_wall(request.scene):
             plain, alone = self._wanted(COARSEST) if self.same_modes else math.inf, dict(vars(self))
             if MIN_FEWER * math.ceil(self._few_with_shapes(max(self.steps_needed, COARSEST))) <= plain:
@@ -131,6 +132,22 @@ class BeamModesFamily:
         self.read: tuple[AbstractHistory, list[left_out.ModalError]] | None = None  # the last run, as of `beside`
         self.known_unseen: dict[int, float] = {}  # of that run, by fineness
         self.made: Simulation | None = None
+
+    def _error_by_steps(self) -> float:
+        """Return the predicted error by the steps, at one step in a rise of force.
+
+        Errors of the force change the speeds at which bodies part, and displacements follow from these in time: up to
+        `LONG_RUN` the error grows as the square of the duration over the rise; measured on random scenes. Under a power
+        law on beams that shear it is predicted to grow with the duration alone: static shapes do not follow much longer
+        steps, and more modes would be needed. The rise at a wall is not known, and that of a force that jumps is none.
+        """
+        springs = all(law.is_spring for law in laws_of(*self.request))
+        if _meets_a_wall(self.request.scene) or not are_soft(self.request):
+            return ERROR_OF_SPRINGS_AT_WALLS if springs else ERROR_OF_MODES
+        grown = min(1.0, self.request.scene.duration / (LONG_RUN * self.rise))
+        if springs:
+            return grown**2 * ERROR_OF_SPRINGS
+        return (grown if self.sheared else grown**2) * ERROR_OF_MODES
 
     def _leave_out(self, residual: bool, seen: AbstractHistory | None, magnified: float) -> None:
         """Set the errors by modes left out, and whether all runs have the same modes.
