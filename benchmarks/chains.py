@@ -49,24 +49,26 @@ core of {machine}.
 
 ## Hertzian beads
 
-Leapfrog, {steps} steps or more. "struck": all beads touch, the first one moves; few contacts are closed. "pressed":
-all contacts between two walls are closed. Two loops are written by hand: one with one pass over the beads, one with two
-passes that the compiler turns into vector instructions; the faster one counts. They write no records, events or
-energies, and step all beads. The package steps eight contacts at a time in vector registers and skips blocks of beads
-that the wave has not reached; "pressed" has none.
-The package's time is that of the whole loop with its default records, events and energies; reading them into channels
-after the run is the column beside. The aim: at most twice the hand-written loop with 1000 beads, and no growth with
-their number. With 10 beads a step waits for its own chain of operations, by hand as well, and its record, in which
-every force and motion is kept, takes as long again: time per contact falls with their number.
+Leapfrog, {steps} steps or more. In "struck" all beads touch and the first one moves, so few contacts are closed at
+a time. In "pressed" all contacts between two walls are closed. The target is at most twice the time of a
+hand-written loop with 1000 beads, and no growth of the time per contact with their number.
+
+- "Loop" is the whole loop of the package, with its default records, events and energies. "Reading" is the time to
+  evaluate the records after the run.
+- "By hand" is the faster of two compiled loops, one with a single pass over the beads, one with two passes in
+  vector instructions. They step all beads and record nothing.
+
+The package processes eight contacts at a time in vector registers, and skips blocks of beads that the wave has not
+reached; in "pressed" there are none. With 10 beads the latency of the operations in a step dominates, and recording
+takes about as long again.
 
 {beads}
 
 ## Hard contacts
 
 Beads with random masses and speeds fall on a wall under gravity, `velocity_complementarity` without restitution,
-{hard_steps} steps by leapfrog: touching groups grow from the wall. The solve visits neighbours and takes Newton steps
-on a tridiagonal system. Before, the system was dense, in memory as the square and in time as the cube of the contacts:
-1440 us for each of 100 contacts and step.
+{hard_steps} steps by leapfrog. Groups of touching beads grow from the wall, and the contact solve takes Newton
+steps on a tridiagonal system.
 
 {hard}
 """

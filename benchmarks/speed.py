@@ -35,35 +35,38 @@ Times differ between machines, ratios less: the package uses the widest vector r
 
 ## The loop against hand-written ones
 
-The paper's case, lumped mesh, `addition_deletion`. The hand-written loops are compiled, hold one scheme and one law,
-and record the same (`benchmarks/step_loop.py`). The aim: at most twice their time with 400 elements and 1.5 times
-with 1600. The best loop by hand has the displacements alone, two arrays that change places, one factor for all
-elements, and takes no energies; the aim beside it: 2, 1.5 and 1.25 times with 100, 400 and 1600 elements. "Before" is
-an older tree on the same processor (`--before`; commit 0a39002). Newmark's loop by hand substitutes row by row,
-not eight rows at a time as the package does.
+How close is the general step loop to a loop written for one problem? The case is the impact of the 1999 paper on a
+lumped mesh, with `addition_deletion`. Two loops are written by hand and compiled (`benchmarks/step_loop.py`):
+
+- "By hand" has one scheme and one law, and makes the same records. The target is at most twice its time with 400
+  elements and 1.5 times with 1600.
+- "Best by hand" keeps displacements only, in two arrays that are swapped, has one factor for all elements, and
+  computes no energies. The target is at most 2, 1.5 and 1.25 times its time with 100, 400 and 1600 elements.
+
+"Before" is an older version on the same processor (`--before`; commit 0a39002). The hand-written loop of Newmark's
+method substitutes row by row, the package eight rows at a time.
 
 {loop}
 
-The ratios depend on the processor. With 100 elements they were 2.7 on an Intel Xeon with registers of 512 bits, 2.2 to
-3.8 on an AMD EPYC with registers of 256 bits and 3.2 to 3.5 on a newer one with 512 bits, whose best loop takes half as
-long; with 400 elements 1.5 to 1.7. Two parts have no counterpart in the best loop: energies and momenta at some 200
-instants (20 to 40 ns of each step), and a law that is called by its address and passed every field that any law may
-read, with its records and events (35 to 60 ns while a contact is closed).
+The ratios to the best loop depend on the processor. With 100 elements they were 2.7 on an Intel Xeon with 512-bit
+registers, 2.2 to 3.8 on an AMD EPYC with 256-bit registers, and 3.2 to 3.5 on a newer one with 512-bit registers,
+whose best loop takes half as long. With 400 elements they were 1.5 to 1.7. The package does two things that the
+best loop does not: it records energies and momenta at some 200 instants (20 to 40 ns of each step), and it calls a
+general contact law with its records and events (35 to 60 ns while a contact is closed).
 
 ## Scaling
 
-Set-up is the time before the first step. The columns are not proportional to the elements: a step costs about 0.1
-us on any mesh, and above some ten thousand elements the arrays do not fit into the fastest cache
-(`benchmarks/scaling.py`).
+Set-up is the time before the first step. The cost per element falls with their number, because a step has a fixed
+cost of about 0.1 us (`benchmarks/scaling.py`).
 
 {scaling}
 
 ## Memory
 
-{small} elements, `central_difference`, probes only, whole runs: the peak memory of Python and numpy. Runs of up
-to {records} steps keep every step. Longer ones keep every second, third ... step, at most {records} of them
-(`solve.records` sets another number): forces as their means in between, energies at {samples} instants. Events are
-dated in every step, and all of them are kept.
+{small} elements, `central_difference`, probes only, whole runs: the peak memory of Python and numpy. Runs of up to
+{records} steps keep every step. Longer ones keep every second, third ... step, at most {records} of them
+(`solve.records` sets another number). Forces are then means between these instants; energies are kept at {samples}
+instants. All events are kept, with their times in the step.
 
 {memory}
 
@@ -74,17 +77,17 @@ and the channels that a summary evaluates.
 
 {fixed}
 
-A cold start is a new process each time, imports included, by wall time.
+Cold starts: wall time of a new process, imports included.
 
 {starts}
 
 ## Laws
 
-The same case with {elements} elements and half the stable step (`benchmarks/laws.py`). The ratio is to the same
-hand-written loop, so it compares like with like only for `central_difference`; `newmark` solves a tridiagonal
-system in every step, and `exact_modal` has {modes} modes. "plain Python" is the extra cost of the same law with
-`compiled = False`, its arithmetic included. An empty law costs {call:.1f} us; one that iterates costs as much as
-its iterations. "-" is a run that did not come to its end: its contact opened and closed too often.
+The same case with {elements} elements and half the stable step (`benchmarks/laws.py`). The ratio is to the
+hand-written loop of central difference. It is a fair comparison only for `central_difference`: `newmark` solves a
+tridiagonal system in every step, and `exact_modal` has {modes} modes. "Plain Python" is the additional cost of the
+same law without compilation (`compiled = False`). An empty law costs {call:.1f} us. "-" is a run that was stopped,
+because its contact opened and closed too often.
 
 {laws}
 

@@ -453,24 +453,34 @@ Written by `python -m studies matrix`: {laws} laws, {schemes} schemes, all model
 law with a choice of kinds counts once for each, a scheme that cuts steps at events also as *located*.
 {cells} cells: {told}.
 
-Each cell runs `cases/axial_impact.yaml` (a mass on a clamped rod, alpha = 1, three round trips), or is refused before
-its first step. The step is ten points per shortest period; an explicit scheme on a mesh takes a Courant number of 1/2;
-adaptive chooses its own. Stiffnesses are the defaults, relative to EA/h, and 1e13 N/m^1.5 of the power laws. *located*
-cuts steps at events, the others date them inside the step. The continuous model solves hard contacts and constant
-springs from event to event, without a step; under other laws it is a delay line, which is stepped and needs no scheme.
+Does a law work with a scheme on a model, and how accurate is the result? Each cell is one combination. It runs
+`cases/axial_impact.yaml` (a mass on a clamped rod, alpha = 1, three round trips), or is refused before its first step.
 
-The models of *beam:* describe the beam of `cases/sphere_on_beam.yaml` instead (a sphere, one contact): the explicit
-scheme on its mesh takes a Courant number of 0.1, power laws have the stiffness of the case, springs 1.6e7 N/m, and
-errors are against the converged result with Hertz's law, which no other law aims at. A hard contact there has no force
-that converges. *turning beam:* is that of `cases/rotating_beam.yaml` over 5 ms, two contacts, springs 2.1e6 N/m.
-*slider-crank:* is the connecting rod of `cases/slider_crank.yaml`, which strikes its block after 1 mm, 1.5 ms in all,
-springs 2.7e7 N/m; the error of block and slider is against the same mechanism with 24 modes at 0.25 us.
+- **Steps:** ten points per shortest period; a Courant number of 1/2 for an explicit scheme on a mesh; `adaptive`
+  chooses its own. *located* cuts steps at events, the others interpolate the times of events within the step.
+- **Stiffnesses:** the defaults, relative to EA/h; 1e13 N/m^1.5 for the power laws.
+- **The continuous model** solves hard contacts and constant springs from event to event, without a step. Under other
+  laws it is a delay line, which is stepped and needs no scheme.
 
-A cell reads `mass / face, 2nd, +gain, time`: relative L2 errors of the displacements of mass and face against the exact
-hard contact [%], which a soft law does not aim at; *2nd* where the second contact was found, *-* where it was missed
-(nothing for laws of kicks); the gain of energy [% of the initial energy] where it is above 0.1; and the time of the
-steps [ms], the less of two runs. Times are of one machine ({machine}), which did other work too: compare them within a
-table, no further.
+Models whose names begin as follows run another case:
+
+- *beam:* runs `cases/sphere_on_beam.yaml` (a sphere, one contact). The explicit scheme on a mesh has a Courant number
+  of 0.1, power laws the stiffness of the case, springs 1.6e7 N/m. Errors are relative to the converged result with
+  Hertz's law, also those of other laws. A hard contact on this beam has no convergent force.
+- *turning beam:* runs `cases/rotating_beam.yaml` over 5 ms, two contacts, springs 2.1e6 N/m.
+- *slider-crank:* runs `cases/slider_crank.yaml`, whose connecting rod strikes a block after 1 mm, over 1.5 ms, springs
+  2.7e7 N/m. Errors of block and slider are relative to the same mechanism with 24 modes at 0.25 us.
+
+A cell reads `mass / face, 2nd, +gain, time`:
+
+- *mass / face*: relative L2 errors of the displacements of mass and face against the exact hard contact [%], also for
+  compliant laws;
+- *2nd* if the second contact was found, *-* if it was missed (not given for laws that return impulses);
+- *+gain*: the gain of energy [% of the initial energy], if it is above 0.1;
+- *time*: the time of the steps [ms], the lower of two runs.
+
+Times are of one machine ({machine}), which did other work too: compare them only
+within a table.
 
 A code stands for a refusal (r) or a failure (F), explained below; # stands for a number, ... for the part's name.
 """

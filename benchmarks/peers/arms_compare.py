@@ -42,9 +42,9 @@ FINENESS = {"impactlab": ("modes", "axial_modes", "dt"), "exudyn": ("elements", 
 GROUPS = ("impactlab", "Exudyn", "Exudyn, tolerance 1e-6")
 PAGE = """# Mechanisms: comparison with Exudyn
 
-Two arms strike a stop, in impactlab and in Exudyn, a general program for flexible multibody systems in C++ that does
-much that impactlab cannot. Measured is the time to reach an error in the impulses of the first two sub-impacts: the
-larger of the two relative errors. The cases are [two_link_arm](../cases/two_link_arm.yaml), up to {two} ms, and
+Two arms strike a stop, in impactlab and in Exudyn, a general-purpose C++ program for flexible multibody systems. The
+tables list the time to reach an error in the impulses of the first two sub-impacts, that is, in the larger of their two
+relative errors. The cases are [two_link_arm](../cases/two_link_arm.yaml), up to {two} ms, and
 [arm_on_stop](../cases/arm_on_stop.yaml), up to {one} ms. Impacts on rods: [comparison
 with other programs](peers.md).
 
@@ -58,23 +58,24 @@ writes nothing while timed; impactlab records everything it always does.
 
 ## Do they agree?
 
-Both converge, and to the same impulses. So the error of a setting is counted from the finest run of its own program.
+Both converge to the same impulses. The error of a setting is therefore measured against the finest run of its own
+program.
 
 {agreement}
 
 ## Time to reach an error
 
-Per program the quickest setting of its scan. Where errors of mesh and step cancel, that takes some luck: Exudyn's best
-on the arm has 22 elements, and 24 at the same step are {unlucky} off; impactlab's on the two-link arm leaves the
-stretch of the link out, which costs 0.003 at short steps. "kept" excludes luck: with the next more shapes of each
-kind or elements, with the next shorter step, and with all of these, the error stays below 0.001, too.
+The fastest setting of each program. Errors of mesh and step may cancel: the fastest setting of Exudyn on the arm has 22
+elements, while 24 at the same step have an error of {unlucky}; that of impactlab on the two-link arm neglects the axial
+strain of the link, which costs 0.003 at short steps. Rows marked "kept" exclude this: the error also stays below 0.001
+with more shapes or elements, with a shorter step, and with both.
 
 {tables}
 
 ![Error against time](figures/peers-mechanisms.png)
 
-All settings of the scan as points, the best joined. With too few shapes or elements the second sub-impact is wrong at
-any step: errors stay near 1e-2.
+All settings as points; lines connect the best. With too few shapes or elements the second sub-impact is wrong at any
+step: errors stay near 1e-2.
 
 ## How each was set, and why
 

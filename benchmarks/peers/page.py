@@ -18,10 +18,9 @@ from studies.pages import small_png
 
 PAGE = """# Comparison with other programs
 
-How long other programs take to reach an error that impactlab reaches: the same impact, machine and core, in one run.
-Exudyn, MuJoCo and OpenSees are general programs for multibody systems and structures, and do what impactlab cannot;
-impactlab is made for impacts of rods, beams and mechanisms. This page shows the gain of a special program on its one
-subject, and nothing about theirs.
+How long do other programs take to compute the same impact with the same error? Exudyn, MuJoCo and OpenSees are
+general-purpose programs for multibody systems and structures, while impactlab is specialised in impacts of rods,
+beams and mechanisms. The comparison covers only this one subject. All programs run on the same machine and core.
 [Mechanisms: comparison with Exudyn](peers-mechanisms.md) has two arms that strike a stop.
 
 Made by `python -m benchmarks.peers.compare --out docs/peers.md` with the `[peers]` extra; again from the measured
@@ -35,39 +34,44 @@ another emptied. {noise}
 
 {verdicts}
 
-A rod in a few Craig-Bampton coordinates or modes is handed to the programs ready-made: the eigenproblem behind it falls
-into set-up, which no row counts, and brings them nearer than any mesh. An aim against Exudyn counts as met when it is
-met against its quickest way.
+Rods in a few Craig-Bampton coordinates or modes are computed beforehand and given to the programs as matrices, with
+which they are faster than with any mesh. The eigenvalue problem is part of the set-up, which is not timed. A target
+against Exudyn is met if it is met against the fastest way to use Exudyn.
 
 ## Time to reach an error
 
-The paper's case: a mass as heavy as the rod, two contacts, 0 to 3 T. And a rod of steel and brass under a mass of
-0.8 kg on meshes of equal length, so that no step $h/c$ is exact anywhere. A setting reaches an error when all of these
-stay below it against the exact solution: displacement of the mass and of the face (relative, L2), the first lasting
-opening (in T), velocity of the mass at the end (in its first one). Per program the quickest setting of its scan, as in
-all such scans with some luck where errors cross zero. Set-up (meshes, modes, factors) is not in the times. Package
-programs write no output while timed; impactlab and the loops by hand record everything they always do, and read it
-afterwards.
+There are two cases. In *paper*, the impact of the 1999 paper, a mass as heavy as the rod makes two contacts in 0 to
+3 T. In *two material*, a rod of steel and brass is struck by a mass of 0.8 kg; its elements have equal lengths, so no
+step is exact on the whole mesh. A setting reaches an error if the following errors against the exact solution are all
+below it:
+
+- the displacement of the mass and of the face (relative, L2);
+- the time of the first opening that lasts (in T);
+- the velocity of the mass at the end (relative to its first one).
+
+Each program is run at many settings, and the fastest that reaches the error is listed; errors that happen to cross
+zero favour some settings. Set-up (meshes, modes, factors) is not timed. The other programs write no output while they
+are timed; impactlab and the hand-written loops make their usual records.
 
 {tables}
 
 ![Error against time](figures/peers.png)
 
-The largest of the four errors against time, all settings of the scans: lines join the best. The error of the
-exact solution is that of the straight lines between 6000 samples by which all are compared.
+The largest of the four errors against time, for all settings; lines connect the best ones. The error shown for the
+exact solution is that of linear interpolation between the 6000 samples at which all solutions are compared.
 
 ## Same scheme, same mesh
 
-The paper's case. Exudyn's contact is a spring where impactlab has a multiplier; the steps are as many. "mesh" hands the
-chain over as one object with sparse matrices, "items" as point masses and springs.
+The paper's case with the same number of steps. The contact of Exudyn is a spring, that of impactlab a Lagrange
+multiplier. "mesh" gives the rod to Exudyn as one object with sparse matrices, "items" as point masses and springs.
 
 {same}
 
 ## Against loops written by hand
 
 Loops compiled by numba for one scheme, one law and this one impact, with per-element coefficients and the
-same records (`benchmarks/step_loop.py`). Loop against loop; the cost of a run that
-does not depend on its steps stands apart: {fixed:.2f} ms.
+same records (`benchmarks/step_loop.py`). Only the loops are compared; the part of a run that does not depend on
+the number of steps takes another {fixed:.2f} ms.
 
 {hand}
 

@@ -206,6 +206,10 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
         raise failure(
             RETURNED.format(share=100 * returned), remedy="Give a smaller step, or integrator midpoint or moreau_jean."
         )
+    loss = history.energy.largest_loss * history.energy.scale / reference_energy(history)
+    if beyond(history, loss, MAX_LOSS):  # as where a law stores a negative energy
+        text = f"energy fell by {loss:.3g} of the reference energy, more than there was"
+        raise failure(text, remedy=gain_remedy(assembly, history))
 
 
 def gain_remedy(assembly: Assembly, history: AbstractRecordedHistory) -> str:
@@ -256,8 +260,8 @@ def _finite(values: Array) -> bool:
 def check_gain(history: AbstractHistory, bound: float, remedy: Callable[[], str], failure: Failure) -> None:
     """Raise `StepError` where energy grew beyond its bound, or its balance is not finite.
 
-    A run that more than doubles the energy of its bodies is not a motion of theirs, even if its parts declare more. Nor
-    is one that loses more than they have, as where a law stores a negative energy. ``remedy`` is called where it did.
+    A run that more than doubles the energy of its bodies is not a motion of theirs, even if its parts declare more.
+    ``remedy`` is called where it did.
     """
     if not _finite(history.energy.balance):
         text = "the balance of energy is not a finite number: a law returned an energy that is not a finite number"
@@ -267,9 +271,6 @@ def check_gain(history: AbstractHistory, bound: float, remedy: Callable[[], str]
         over = beyond(history, gain, bound)
         declared = f"these parts declare at most {bound:.3g}" if over else "no run may more than double it"
         raise failure(f"energy grew by {gain:.3g} of the reference energy, and {declared}", remedy=remedy())
-    loss = history.energy.largest_loss * history.energy.scale / reference_energy(history)
-    if beyond(history, loss, MAX_LOSS):
-        raise failure(f"energy fell by {loss:.3g} of the reference energy, more than there was", remedy=remedy())
 
 
 def beyond(history: AbstractHistory, share: float, allowed: float) -> bool:

@@ -258,7 +258,7 @@ def test_findings_leave_special_grids_out(tmp_path: Path) -> None:
     grid = {"settings": json.dumps({"solve.step.courant": 1.0})}
     words = " ".join(findings(scenes_of(tmp_path, [*HAND, made("a", "tuned", 0, 0.1, 1e-5, **grid)])))
     assert "tuned" not in words
-    assert "Most often within 10⁻³: slow, in 2 of 2" in words
+    assert "Most reliable at 10⁻³: slow, within it in 2 of 2 scenes" in words
 
 
 @pytest.mark.parametrize("count", [1, 2], ids=["one scene", "two scenes"])
@@ -267,7 +267,7 @@ def test_without_times_no_method_is_fastest(tmp_path: Path, count: int) -> None:
     scenes = scenes_of(tmp_path, rows)
     words = " ".join(findings(scenes))
     assert "fast" not in words
-    assert f"A solution without steps exists{' in 1 of 2 scenes' if count == 2 else ''}. All that follows" in words
+    assert f"A solution without steps exists{' in 1 of 2 scenes' if count == 2 else ''}. The other findings" in words
     assert "10⁻³: slow" in words
     assert {cell for row in winners(scenes).rows for cell in row[1:]} <= {"-", "–", "—", "none"}
 

@@ -102,7 +102,7 @@ def choice_words(scenes: Sequence[SceneRows]) -> list[str]:
     if not compared:
         return ["No run of the automatic choice has a reference that is certain enough."]
     words = [
-        f"The automatic choice kept its tolerance in {len(compared) - len(missed)} of {len(compared)} compared runs."
+        f"The automatic choice met its tolerance in {len(compared) - len(missed)} of {len(compared)} compared runs."
     ]
     if missed:
         named = ", ".join(f"{each.scene} at {short(each.row.tolerance_asked)}" for each in missed)
@@ -111,10 +111,10 @@ def choice_words(scenes: Sequence[SceneRows]) -> list[str]:
     if ratios:
         costly = sum(ratio > MAX_RATIO for ratio in ratios)
         words.append(
-            f"Its runs took {short(min(ratios))} to {short(max(ratios))} times the fastest method of the grid that "
-            f"meets the tolerance, {costly or 'none'} more than {MAX_RATIO:g} times."
+            f"Its runs took {short(min(ratios))} to {short(max(ratios))} times as long as the fastest method of the "
+            f"grid that meets the tolerance; {costly or 'none'} took more than {MAX_RATIO:g} times as long."
         )
     spent = [each.choosing for each in compared if each.choosing is not None]
     if spent:
-        words.append(f"Choosing took up to {short(max(spent))} times the run itself ({MAX_CHOOSING:g} are allowed).")
+        words.append(f"Choosing took up to {short(max(spent))} times as long as the run (target: {MAX_CHOOSING:g}).")
     return words

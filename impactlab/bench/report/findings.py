@@ -41,7 +41,7 @@ def _exact(scenes: Sequence[SceneRows]) -> str:
             rest = f"; it is the fastest at every tolerance in {wins} of them"
         elif wins:
             rest = "; it is the fastest at every tolerance"
-    return f"{known}{rest}. All that follows compares the methods with steps."
+    return f"{known}{rest}. The other findings compare methods with steps."
 
 
 def _at(scenes: Sequence[SceneRows], tolerance: float) -> str:
@@ -64,9 +64,9 @@ def _at(scenes: Sequence[SceneRows], tolerance: float) -> str:
         return f"At {power(tolerance)} in displacement and impulse {next(iter(wins))} is fastest."
     named = ", ".join(f"{method} in {count}" for method, count in wins.most_common(MAX_NAMED))
     unmet = len(kept) - wins.total()
-    missing = f"; none meets it in {unmet}" if unmet else ""
-    among = f"of {counted(len(kept), 'scene')}"
-    return f"At {power(tolerance)} in displacement and impulse, {among}, fastest is {named}{missing}."
+    missing = f"; none meets the tolerance in {unmet}" if unmet else ""
+    fastest = f"the fastest method in {counted(len(kept), 'scene')} is {named}"
+    return f"At {power(tolerance)} in displacement and impulse, {fastest}{missing}."
 
 
 def _steady(scenes: Sequence[SceneRows]) -> str:
@@ -81,10 +81,10 @@ def _steady(scenes: Sequence[SceneRows]) -> str:
         return ""
     first = table[0]
     price = median(first.ratios_stepped)
-    cost = f", at {short(price)} times the time of the fastest there (median)" if price is not None else ""
-    often = "Most often within" if len(first.results) > 1 else "Within"
-    share = f", in {first.count(MET)} of {len(first.results)}" if len(first.results) > 1 else ""
-    return f"{often} {power(tolerance)}: {first.method}{share}{cost}."
+    cost = f", in {short(price)} times the time of the fastest there (median)" if price is not None else ""
+    several = len(first.results) > 1
+    share = f", within it in {first.count(MET)} of {len(first.results)} scenes" if several else ""
+    return f"Most reliable at {power(tolerance)}: {first.method}{share}{cost}."
 
 
 def certainty_words(rows: Sequence[Row], scenes: Sequence[SceneRows]) -> list[str]:
