@@ -18,6 +18,7 @@ import numpy as np
 
 from impactlab.casefile.case import Case, case_of
 from impactlab.casefile.document import parse_yaml
+from impactlab.casefile.text.limits import MAX_GIVEN
 from impactlab.errors import NO_ROOM, ImpactlabError, expect_path
 from impactlab.history import dataset as data
 from impactlab.history.base import AbstractHistory, ContactSpan
@@ -161,7 +162,7 @@ def _case(path: str, attributes: Mapping[str, Any]) -> Case:
             f"'{path}' holds a run of a scene without a case, which cannot be built again",
             remedy="Run a Case, made by il.Case or il.load_case, and write that.",
         )
-    name, document = str(attributes["case_name"]), parse_yaml(str(attributes["case"]))
+    name, document = str(attributes["case_name"]), parse_yaml(str(attributes["case"]), most=MAX_GIVEN)
     return case_of(name, path, document, method=str(attributes["method"]))
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import impactlab
-from impactlab.casefile.values.faults import FIX_VALUE
+from impactlab.casefile.values.faults import CHECK_FILE
 
 PACKAGE = Path(impactlab.__file__).parent
 CODE = re.compile(
@@ -99,7 +99,7 @@ def of_file(path: Path) -> Iterator[Refusal]:
             text = written(call.args[0], named) if name in ERRORS and call.args else ""
             if text.strip("… "):
                 given = next((written(each.value, named) or "…" for each in call.keywords if each.arg == "remedy"), "")
-                remedy = FIX_VALUE if name == "refuse" else given
+                remedy = CHECK_FILE if name == "refuse" else given
                 yield Refusal(text, remedy, package)
 
 

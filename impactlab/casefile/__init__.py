@@ -3,6 +3,7 @@
 from impactlab.casefile.blocks_in_python import Beam, Chain, Contact, Joint, Link, Mass, Mechanism, Rod, Shaft, Wall
 from impactlab.casefile.case import Case, load_case
 from impactlab.casefile.probe_in_python import Probe
+from impactlab.wrong_calls import names_parameters
 
 __all__ = [
     "Beam",
@@ -19,3 +20,5 @@ __all__ = [
     "Wall",
     "load_case",
 ]
+
+names_parameters(Case)

@@ -97,10 +97,10 @@ def _neighbour(path: Path) -> str:
     return closest(path.name, (other.name for other in files if closest(path.stem, [other.stem])))  # endings are alike
 
 
-def parse_yaml(text: str, kind: Kind = CASE) -> Document:
-    """Return a YAML 1.2 text as a document."""
+def parse_yaml(text: str, kind: Kind = CASE, most: int = MAX_VALUES) -> Document:
+    """Return a YAML 1.2 text of at most so many values as a document."""
     lines: dict[Keys, int | None] = {}
-    data = yaml_value(text, lines)
+    data = yaml_value(text, lines, most)
     return Document(_mapping(data, kind), lines)
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from impactlab.errors import CaseError
 from impactlab.startup.lazy import lazy
+from impactlab.wrong_calls import names_parameters
 
 if TYPE_CHECKING:
     from impactlab.casefile import schema
@@ -29,6 +30,9 @@ class BodyKeys(dict[str, Any]):
     """
 
     block: ClassVar[str] = ""  # the class of its block in `impactlab.casefile.schema`; empty: its keys are open
+
+    def __init_subclass__(cls) -> None:
+        names_parameters(cls)
 
     def __init__(self, **keys: Any) -> None:
         super().__init__({key: value for key, value in keys.items() if value is not None})

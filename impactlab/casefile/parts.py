@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from pydantic_core import PydanticCustomError
 
 from impactlab.casefile.text.words import listed, shown
-from impactlab.casefile.values.faults import FIX_VALUE, case_error, refuse
+from impactlab.casefile.values.faults import CHECK_FILE, case_error, refuse
 from impactlab.casefile.values.fields import Allowed, Reader
 from impactlab.casefile.values.materials import MATERIALS
 from impactlab.casefile.values.units import to_si, with_power
@@ -54,6 +54,8 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
             given[field.name] = _read_inside(inside, f"{path}.{field.name}", group_inside, registry)
         if records_of(field) and inside is not None:
             given[field.name] = _read_record(inside, f"{path}.{field.name}", records_of(field))
+        if _has_power(field):
+            _refuse_spheres_outside(given, field.name, model, path)
         if isinstance(inside, dict) and not SPHERE_KEYS.isdisjoint(inside) and _has_power(field):
             given[field.name] = _of_spheres(inside, f"{path}.{field.name}", exponent_of(part, given))
         if isinstance(inside, str) and _has_power(field):
@@ -91,6 +93,24 @@ def exponent_of(part: Any, given: Mapping[str, Any]) -> Any:
     return given.get("exponent", getattr(part, "exponent", None))
 
 
+def _refuse_spheres_outside(given: Mapping[str, Any], stiffness: str, model: type[BaseModel], path: str) -> None:
+    """Raise `CaseError` for a key of spheres that stands beside the stiffness, not inside it."""
+    beside = [key for key in given if key in SPHERE_KEYS and key not in model.model_fields]
+    if beside:
+        block = ", ".join(f"{key}: {_bare(given[key])}" for key in beside)
+        more = "" if {"material", "young"} & set(beside) else ", material: steel"
+        raise CaseError(
+            f"the key {beside[0]!r} is not known here. It stands inside {stiffness!r}, a number or a block of spheres",
+            remedy=f"Write {stiffness}: {{{block}{more}}}.",
+            path=f"{path}.{beside[0]}",
+        )
+
+
+def _bare(value: Any) -> str:
+    """Return a value as a message shows it, a text without quotes."""
+    return shown(value)[1:-1] if isinstance(value, str) else shown(value)
+
+
 def _of_spheres(block: Mapping[str, Any], path: str, n: Any) -> float:
     """Return the stiffness [N/m^1.5] of the spheres that a block gives in place of a number."""
     if n != EXPONENT:
@@ -126,7 +146,7 @@ def _with_exponent(text: str, path: str, unit: str, part: Any, given: Mapping[st
     try:
         return to_si(text, with_power(unit, n))
     except ValueError as error:
-        raise CaseError(str(error), remedy=FIX_VALUE, path=path) from error
+        raise CaseError(str(error), remedy=CHECK_FILE, path=path) from error
 
 
 def _read_inside(value: Any, path: str, group: Group, registry: Registry) -> Any:

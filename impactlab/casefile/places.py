@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from impactlab.casefile.document import Document
-from impactlab.casefile.values.faults import FIX_VALUE
+from impactlab.casefile.values.faults import CHECK_FILE
 from impactlab.errors import ImpactlabError
 
-FIX_IN_PYTHON = "Fix the value."
 NEW_KIND = (
     "A new kind begins a new block, without the keys of the old kind: give the kind and its "
     "keys together, as one block."
@@ -40,8 +39,8 @@ def placed(error: ImpactlabError, file: str, document: Document) -> ImpactlabErr
             continue
         if not each.file:
             each.given_by = each.given_by or given_by(document, each.path)
-        if not file and each.remedy == FIX_VALUE:  # of a case made in Python
-            each.remedy = FIX_IN_PYTHON
+        if not file and each.remedy == CHECK_FILE:  # of a case made in Python
+            each.remedy = ""
         each.located(file, locate(document, each.path))
     return error
 

@@ -69,6 +69,7 @@ def sensitivities(
     refuse_held(parameters)
     read = read_parameters(case, parameters)
     wanted = quantities_of(case.scene(), quantities, case.registry)
+    _refuse_along(case, wanted)
     with api.warnings_kept():
         history = api.run(case)
     flat = FlatValues(wanted, case.registry)
@@ -225,6 +226,17 @@ def _exact(
         each.name, label, each.unit, parameter.path, parameter.value, parameter.unit,
         value, middle, error, by, below, above, lower, upper, reason,
     )  # fmt: skip
+
+
+def _refuse_along(case: Case, wanted: Sequence[WantedQuantity]) -> None:
+    """Raise `CaseError` for an extreme over all places of a rod."""
+    for each in wanted:
+        extreme = extreme_in(each.name)
+        if extreme is not None and extreme.along(case.scene()) is not None:
+            raise CaseError(
+                f"{each.name} is sought over all places of a rod and has no derivative",
+                remedy=f'Give a place and times: il.Sampled("{extreme.channel}@X", times).',
+            )
 
 
 def _no_slope(name: str) -> str:

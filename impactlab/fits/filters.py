@@ -34,10 +34,10 @@ class LowPass:
     """
 
     def __init__(self, signal: Signal, frequency: float) -> None:
-        steps = np.diff(signal.times)
+        steps = np.diff(signal.time)
         step = float(np.mean(steps))
-        even = signal.times[0] + step * np.arange(len(signal.times))
-        if np.max(np.abs(signal.times - even)) > MAX_UNEVEN * step:
+        even = signal.time[0] + step * np.arange(len(signal.time))
+        if np.max(np.abs(signal.time - even)) > MAX_UNEVEN * step:
             raise CaseError(
                 f"signal {signal.channel}: a bandwidth needs equal sampling intervals; they are {steps.min():.4g} to "
                 f"{steps.max():.4g} s",

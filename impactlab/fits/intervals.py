@@ -105,7 +105,7 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
         for number, each in enumerate(unknowns) if number in profiles
     ]  # fmt: skip
     shown = [
-        Shown(of.label, of.signal.times, of.signal.values, fitted)
+        Shown(of.label, of.signal.time, of.signal.values, fitted)
         for of, fitted in zip(problem.measured, problem.fitted(x), strict=True)
     ]
     parts = problem.parts(x) or []
@@ -137,7 +137,7 @@ def _after_the_run(problem: Problem, x: Array) -> list[str]:
         late = int(np.sum(of.edges[:-1] - problem.setting(x, number)[2] >= mean.duration))
         if late:
             warnings.append(
-                f"warning: {late} of {len(of.signal.times)} samples of {of.label} lie after the end of the run, "
+                f"warning: {late} of {len(of.signal.time)} samples of {of.label} lie after the end of the run, "
                 f"{mean.duration:.6g} s: they are compared with its last value. Give solve.duration a longer time, or "
                 "leave these samples out"
             )

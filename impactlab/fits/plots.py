@@ -101,9 +101,9 @@ def plot_signals(fit: Fit) -> Figure:
     for number, (shown, residuals) in enumerate(zip(fit.signals, fit.residuals, strict=True)):
         upper, lower = panels[2 * number][0], panels[2 * number + 1][0]
         _taller(upper, lower)
-        clock = scaled("s", float(np.max(np.abs(shown.times))))
+        clock = scaled("s", float(np.max(np.abs(shown.time))))
         _signal(upper, shown, clock, has_legend=number == 0)
-        times = np.linspace(shown.times[0], shown.times[-1], len(residuals)) / clock.size
+        times = np.linspace(shown.time[0], shown.time[-1], len(residuals)) / clock.size
         is_long = len(residuals) > MAX_DOTS
         lower.axhspan(-NOISE, NOISE, color=GRID, linewidth=0.0)
         kept = np.where(residuals == 0.0, np.nan, residuals) / (fit.noise or 1.0)  # without those left out
@@ -127,7 +127,7 @@ def _taller(upper: Axes, lower: Axes) -> None:
 def _signal(axes: Axes, shown: Shown, clock: Unit, *, has_legend: bool) -> None:
     quantity, _, place = shown.channel.partition(":")
     unit = unit_of("ε" if quantity == "strain" else UNITS.get(quantity, "1"), float(np.max(np.abs(shown.measured))))
-    times = shown.times / clock.size
+    times = shown.time / clock.size
     is_long = len(times) > MAX_DOTS
     axes.plot(
         times, shown.measured / unit.size, ".", color=MEASURED, markersize=4.0, label="measured", rasterized=is_long

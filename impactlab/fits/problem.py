@@ -51,7 +51,7 @@ class Measured(NamedTuple):
     @property
     def kept(self) -> int:
         """Number of residuals."""
-        return len(self.signal.times) if self.low_pass is None else self.low_pass.count
+        return len(self.signal.time) if self.low_pass is None else self.low_pass.count
 
 
 def whitened(errors: Array, correlated: float) -> Array:
@@ -267,7 +267,7 @@ class Problem:
         """Return each unfiltered signal of the cases, (samples,) in SI units; NaN without a run."""
         means = self.means(scaled)
         if means is None:
-            return [np.full(len(signal.times), math.nan) for signal in self.signals]
+            return [np.full(len(signal.time), math.nan) for signal in self.signals]
         found = []
         for number, mean in enumerate(means):
             gain, offset, shift = self.setting(scaled, number)

@@ -80,20 +80,20 @@ class Shown(NamedTuple):
     """A signal beside the channel of the fitted case, in SI."""
 
     channel: str
-    times: Array  # (n,)
+    time: Array  # (n,)
     measured: Array  # (n,)
     fitted: Array  # (n,)
 
     def __repr__(self) -> str:
-        span = prefixed_range(float(self.times[0]), float(self.times[-1]), "s")
-        return f"<Shown {self.channel!r}: {len(self.times)} samples at {span}, measured and fitted>"
+        span = prefixed_range(float(self.time[0]), float(self.time[-1]), "s")
+        return f"<Shown {self.channel!r}: {len(self.time)} samples at {span}, measured and fitted>"
 
     @property
     def identity(self) -> dict[str, Any]:
         """Channel, number and times of the samples, and a SHA-256 of times and values as little-endian doubles."""
-        bits = np.concatenate((self.times, self.measured)).astype("<f8").tobytes()
-        start, end = float(self.times[0]), float(self.times[-1])
-        found = {"channel": self.channel, "samples": len(self.times), "start": start, "end": end}
+        bits = np.concatenate((self.time, self.measured)).astype("<f8").tobytes()
+        start, end = float(self.time[0]), float(self.time[-1])
+        found = {"channel": self.channel, "samples": len(self.time), "start": start, "end": end}
         return {**found, "sha256": hashlib.sha256(bits).hexdigest()}
 
 

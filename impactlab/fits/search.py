@@ -206,7 +206,7 @@ def scanned(problem: Problem, start: Array) -> list[tuple[float, Array]]:
     for place, numbers in shared.items():
         signal, scale = problem.signals[numbers[0]], problem.unknowns[place].scale
         stride = min(_stride(problem, number) * problem.signals[number].width for number in numbers) / scale
-        first, last = max(-0.5 * len(signal.times), low[place]), min(0.9 * len(signal.times), high[place])
+        first, last = max(-0.5 * len(signal.time), low[place]), min(0.9 * len(signal.time), high[place])
         every = np.arange(first, max(last, first + 0.5), stride)
         costs = sum((_scan(problem, number, start, means[number], every * scale) for number in numbers), np.zeros(1))
         inner = np.flatnonzero((costs[1:-1] <= costs[:-2]) & (costs[1:-1] < costs[2:])) + 1
@@ -227,15 +227,15 @@ def _stride(problem: Problem, number: int) -> int:
 
     The low-pass filter keeps one of them.
     """
-    return max(1, int(problem.smoothed * len(problem.signals[number].times) / STRIDE))
+    return max(1, int(problem.smoothed * len(problem.signals[number].time) / STRIDE))
 
 
 def _scan(problem: Problem, number: int, start: Array, mean: AbstractMeans, shifts: Array) -> Array:
     """Return the squares that are left of a signal at some shifts [s]."""
     signal, stride = problem.signals[number], _stride(problem, number)
-    width = problem.smoothed * len(signal.times)
+    width = problem.smoothed * len(signal.time)
     shown = smooth(mean.over(problem.measured[number].edges, 0.0), width)
-    model = np.interp(signal.times[::stride] - shifts[:, None], signal.times, shown, left=mean.rest, right=mean.last)
+    model = np.interp(signal.time[::stride] - shifts[:, None], signal.time, shown, left=mean.rest, right=mean.last)
     costs = _costs(problem, number, start, model, smooth(signal.values, width)[::stride])
     return np.asarray(costs * (stride / signal.scale**2))
 

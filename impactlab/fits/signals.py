@@ -15,6 +15,7 @@ from impactlab.measurement.inputs import above_zero
 from impactlab.prefixes import prefixed_range
 from impactlab.printing import counted
 from impactlab.types import Array
+from impactlab.wrong_calls import names_parameters
 
 MIN_SAMPLES = 4
 MAX_OFF = 0.4  # of an interval, of a time beside equal ones: one missing sample moves times by half an interval or more
@@ -64,6 +65,7 @@ def _numbers(given: Any, name: str) -> Array:
     raise CaseError(f"{name} are complex numbers", remedy=remedy)
 
 
+@names_parameters
 @dataclass(frozen=True, eq=False)
 class Signal:
     """A measured channel: each sample is the mean over its sampling interval.
@@ -74,7 +76,7 @@ class Signal:
     ----------
     channel : str
         The channel of a run that it measures, such as ``force:hammer|rod.left``.
-    times : array
+    time : array
         Middles of the sampling intervals, (n,), increasing.
     values : array
         Samples, (n,).
@@ -87,7 +89,7 @@ class Signal:
     unit : str, optional
         Unit of ``values`` and ``std``; SI if not given. They are kept in SI.
     time_unit : str, optional
-        Unit of ``times``; s if not given.
+        Unit of ``time``; s if not given.
 
     Raises
     ------
@@ -96,7 +98,7 @@ class Signal:
     """
 
     channel: str
-    times: Array
+    time: Array
     values: Array
     std: Array | None = None
     gain: Setting = None
@@ -106,43 +108,43 @@ class Signal:
     time_unit: InitVar[str] = "s"
 
     def __repr__(self) -> str:
-        span = prefixed_range(float(self.times[0]), float(self.times[-1]), "s")
+        span = prefixed_range(float(self.time[0]), float(self.time[-1]), "s")
         low, high, unit = float(self.values.min()), float(self.values.max()), unit_of(self.channel)
         size = f"{low:.4g} to {high:.4g}" if unit == "1" else prefixed_range(low, high, unit)
-        return f"<Signal {self.channel!r}: {len(self.times)} samples at {span}, {size}>"
+        return f"<Signal {self.channel!r}: {len(self.time)} samples at {span}, {size}>"
 
     def __post_init__(self, unit: str, time_unit: str) -> None:
         if not isinstance(self.channel, str):
             text = f"the channel of a signal is a {type(self.channel).__name__}, not a name"
             raise CaseError(text, remedy="Write Signal('force:hammer|rod.left', times, values), for example.")
         own = factor_of(unit, unit_of(self.channel)) if unit else 1.0
-        factors = {"times": factor_of(time_unit, "s"), "values": own, "std": own}
+        factors = {"time": factor_of(time_unit, "s"), "values": own, "std": own}
         for name, factor in factors.items():
             if (given := getattr(self, name)) is not None or name != "std":
                 object.__setattr__(self, name, factor * _numbers(given, f"signal {self.channel}: {name}"))
         self._check()
 
     def _check(self) -> None:
-        if self.times.ndim != 1 or self.times.shape != self.values.shape:
+        if self.time.ndim != 1 or self.time.shape != self.values.shape:
             raise CaseError(
-                f"signal {self.channel}: {self.times.shape} times and {self.values.shape} samples",
+                f"signal {self.channel}: {self.time.shape} times and {self.values.shape} samples",
                 remedy="Give one time for each sample.",
             )
-        if len(self.times) < MIN_SAMPLES:
-            text = f"signal {self.channel}: {counted(len(self.times), 'sample')}. Allowed: {MIN_SAMPLES} or more"
+        if len(self.time) < MIN_SAMPLES:
+            text = f"signal {self.channel}: {counted(len(self.time), 'sample')}. Allowed: {MIN_SAMPLES} or more"
             raise CaseError(text, remedy="Give the samples of the whole record.")
-        for name, column in (("time", self.times), ("value", self.values)):
+        for name, column in (("time", self.time), ("value", self.values)):
             wrong = np.flatnonzero(~np.isfinite(column))
             if len(wrong):
                 raise CaseError(
                     f"signal {self.channel}: {name} {wrong[0] + 1} is not a finite number",
                     remedy="Leave that sample out.",
                 )
-        falls = np.flatnonzero(np.diff(self.times) <= 0.0)
+        falls = np.flatnonzero(np.diff(self.time) <= 0.0)
         if len(falls):
             raise CaseError(
-                f"signal {self.channel}: time {falls[0] + 2}, {self.times[falls[0] + 1]:.9g} s, is not later than "
-                f"time {falls[0] + 1}, {self.times[falls[0]]:.9g} s",
+                f"signal {self.channel}: time {falls[0] + 2}, {self.time[falls[0] + 1]:.9g} s, is not later than "
+                f"time {falls[0] + 1}, {self.time[falls[0]]:.9g} s",
                 remedy="Sort the samples by time, and leave out all but one of each instant.",
             )
         if self.std is not None and self.std.shape != self.values.shape:
@@ -160,7 +162,7 @@ class Signal:
     @property
     def width(self) -> float:
         """The usual sampling interval [s]."""
-        return float(np.median(np.diff(self.times)))
+        return float(np.median(np.diff(self.time)))
 
     @property
     def interval(self) -> float:
@@ -171,7 +173,7 @@ class Signal:
         CaseError
             If a time lies more than 0.4 intervals beside that of equal ones, as where samples are missing.
         """
-        times = self.times
+        times = self.time
         mean = float(times[-1] - times[0]) / (len(times) - 1)
         off = np.abs(times - (times[0] + mean * np.arange(len(times))))
         if off.max() > MAX_OFF * mean:
@@ -201,15 +203,15 @@ class Signal:
             If the interval is not a time above 0.
         """
         step = self.width if interval is None else above_zero("interval", interval, "s")
-        count = int((self.times[-1] - self.times[0]) / step * (1.0 + ROUNDING)) + 1
+        count = int((self.time[-1] - self.time[0]) / step * (1.0 + ROUNDING)) + 1
         if count < MIN_SAMPLES:
             raise CaseError(
-                f"signal {self.channel}: an interval of {step:g} s in a record of {self.times[-1] - self.times[0]:g} s",
+                f"signal {self.channel}: an interval of {step:g} s in a record of {self.time[-1] - self.time[0]:g} s",
                 remedy="Give a shorter interval, in s or with its unit.",
             )
-        times = self.times[0] + step * np.arange(count)
-        std = None if self.std is None else np.interp(times, self.times, self.std)
-        return replace(self, times=times, values=np.interp(times, self.times, self.values), std=std)
+        times = self.time[0] + step * np.arange(count)
+        std = None if self.std is None else np.interp(times, self.time, self.std)
+        return replace(self, time=times, values=np.interp(times, self.time, self.values), std=std)
 
     @property
     def scale(self) -> float:
@@ -219,6 +221,6 @@ class Signal:
     @property
     def edges(self) -> Array:
         """Ends of the sampling intervals [s], (n + 1,): midway between the times."""
-        middle = 0.5 * (self.times[1:] + self.times[:-1])
-        first, last = 2.0 * self.times[0] - middle[0], 2.0 * self.times[-1] - middle[-1]
+        middle = 0.5 * (self.time[1:] + self.time[:-1])
+        first, last = 2.0 * self.time[0] - middle[0], 2.0 * self.time[-1] - middle[-1]
         return np.concatenate([[first], middle, [last]])

@@ -110,7 +110,7 @@ def setting(signal: Signal, name: str, given: Any, label: str) -> float | Unknow
         unit, scale = unit_of(signal.channel), signal.scale
         widest = MAX_OFFSET * float(max(signal.values) - min(signal.values)) or math.inf
     else:
-        unit, scale, widest = "s", signal.width, len(signal.times) * signal.width
+        unit, scale, widest = "s", signal.width, len(signal.time) * signal.width
     if chosen in (None, "fixed"):
         return usual
     path, is_strain = f"{name} of {label}", name == "offset" and unit == "1"

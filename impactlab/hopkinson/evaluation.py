@@ -43,6 +43,7 @@ from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.startup.cached import cached_property
 from impactlab.startup.lazy import above
 from impactlab.types import Array
+from impactlab.wrong_calls import names_parameters
 
 if TYPE_CHECKING:
     import pandas
@@ -55,6 +56,7 @@ MAX_DENSITY = 1e4  # kg/m3, density of a specimen: above those of steel, copper 
 SHARE = 0.05  # of the force of the incident wave, by which strains of both bars may differ
 
 
+@names_parameters
 @dataclass(frozen=True, init=False, repr=False)
 class Specimen:
     """A cylinder between two bars.

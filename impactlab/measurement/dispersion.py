@@ -43,6 +43,7 @@ from impactlab.measurement.inputs import (
 from impactlab.prefixes import prefixed
 from impactlab.startup.lazy import lazy
 from impactlab.types import Array
+from impactlab.wrong_calls import names_parameters
 
 Theory = Literal["pochhammer", "love", "none"]
 
@@ -62,6 +63,7 @@ TABLE_POINTS = 257  # of wave numbers over frequency, a first guess that the equ
 __all__ = ["Bar", "band_limit", "love_speed", "phase_speed", "phase_speed_at", "shift", "wave_number"]
 
 
+@names_parameters
 @dataclass(frozen=True, init=False, repr=False)
 class Bar:
     """A round bar that waves run along.

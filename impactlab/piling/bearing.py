@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from impactlab import api
 from impactlab.casefile import Case
 from impactlab.casefile.case import simulation_of
 from impactlab.errors import CaseError
 from impactlab.measurement.inputs import in_si, listed
-from impactlab.piling.blow import set_in
+from impactlab.piling.blow import blow_on
 from impactlab.piling.pile import Pile, soil_laws, struck_pile_of
-from impactlab.piling.soil_at_rest import warn_if_moving
 from impactlab.prefixes import prefixed, prefixed_range
 from impactlab.scene.method import Simulation
 from impactlab.startup.lazy import above
@@ -29,11 +27,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class BearingGraph:
-    """Set and blow count over static capacity, shape (n,) each."""
+    """Set, blow count, driving stresses and energy over static capacity, shape (n,) each."""
 
     capacity: Array  # N, of all soil links together
     set: Array  # m in one blow; 0 where the toe does not yield
     blows_per_metre: Array  # 1/m; NaN where the toe does not yield
+    peak_compression: Array  # Pa, the largest along the pile in the blow
+    peak_tension: Array  # Pa
+    transferred_energy: Array  # J
 
     def __repr__(self) -> str:
         if not len(self.capacity):
@@ -47,11 +48,17 @@ class BearingGraph:
         )
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Return set [m] and blow count [1/m] over capacity [N] as a table; ``.to_latex()`` prints it for a report."""
+        """Return all columns over capacity [N] as a table; ``.to_latex()`` prints it for a report."""
         import pandas
 
-        index = pandas.Index(self.capacity, name="capacity [N]")
-        return pandas.DataFrame({"set [m]": self.set, "blows per metre [1/m]": self.blows_per_metre}, index=index)
+        columns = {
+            "set [m]": self.set,
+            "blows per metre [1/m]": self.blows_per_metre,
+            "compression [Pa]": self.peak_compression,
+            "tension [Pa]": self.peak_tension,
+            "transferred energy [J]": self.transferred_energy,
+        }
+        return pandas.DataFrame(columns, index=pandas.Index(self.capacity, name="capacity [N]"))
 
     def plot(self) -> Figure:
         """Return the static capacity over the blow count as a figure."""
@@ -65,7 +72,7 @@ def static_capacity(run: Simulation, pile: Pile) -> float:
 
 
 def bearing_graph(case: Case | Simulation, capacities: Iterable[float | str]) -> BearingGraph:
-    """Return the blow count for several static capacities of the soil.
+    """Return blow count, driving stresses and energy for several static capacities of the soil.
 
     The capacities of all links with the law `smith` are scaled alike; quakes and damping factors are kept.
 
@@ -101,15 +108,17 @@ def bearing_graph(case: Case | Simulation, capacities: Iterable[float | str]) ->
     if wrong.size:
         raise CaseError(f"a capacity of {wrong[0]:g} N. Allowed: above 0", remedy="Give it in N.")
     given = static_capacity(run, pile)
-    sets = []
+    blows = []
     for capacity in wanted:
         scaled = with_capacity(run, pile, capacity / given)
-        history = api.run(scaled)
-        warn_if_moving(history, scaled, pile, f"capacity {prefixed(capacity, 'N')}: ")
-        sets.append(set_in(history, scaled, pile) or 0.0)
-    found = np.array(sets)
+        blows.append(blow_on(scaled, scaled, pile, f"capacity {prefixed(capacity, 'N')}: "))
+    sets = np.array([each.set or 0.0 for each in blows])
     with np.errstate(divide="ignore"):
-        return BearingGraph(wanted, found, np.where(found > 0.0, 1.0 / found, np.nan))
+        rates = np.where(sets > 0.0, 1.0 / sets, np.nan)
+    stresses = [(each.peak_compression.stress, each.peak_tension.stress) for each in blows]
+    compression, tension = np.array(stresses).reshape(-1, 2).T
+    energy = np.array([each.transferred_energy for each in blows])
+    return BearingGraph(wanted, sets, rates, compression, tension, energy)
 
 
 def with_capacity(run: Simulation, pile: Pile, factor: float) -> Simulation:

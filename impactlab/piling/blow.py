@@ -12,6 +12,7 @@ from impactlab import api
 from impactlab.casefile import Case
 from impactlab.casefile.case import simulation_of
 from impactlab.history.base import AbstractHistory
+from impactlab.history.field_extremes import AtPlace, field_extremes, frames_needed
 from impactlab.piling.pile import Pile, pile_of, soil_laws
 from impactlab.piling.soil_at_rest import warn_if_moving
 from impactlab.prefixes import prefixed, prefixed_range
@@ -23,9 +24,7 @@ from impactlab.types import Array
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FRAMES_PER_TRANSIT = 200  # fields in the time of a wave through the pile, for the largest stresses
-POINTS = 20_000  # fields at most; instants of the head signals of a run without steps
-BESIDE = 1e-6  # of the length of the pile: a place just before a soil link
+POINTS = 20_000  # instants of the head signals of a run without steps
 
 
 class Peak(NamedTuple):
@@ -120,10 +119,13 @@ def blow(case: Case | Simulation) -> Blow:
         If soil yields, or goes furthest, in the last round trip of a wave through the pile: the set may still change.
     """
     run = simulation_of(case, "blow")
-    pile = pile_of(run)
-    count = int(np.ceil(FRAMES_PER_TRANSIT * run.scene.duration / (0.5 * pile.round_trip)))
-    history = api.run(case, frames=min(count, POINTS))
-    warn_if_moving(history, run, pile)
+    return blow_on(case, run, pile_of(run))
+
+
+def blow_on(case: Case | Simulation, run: Simulation, pile: Pile, at: str = "") -> Blow:
+    """Return the effect of one blow on a pile, as `blow`; ``at`` begins its warnings."""
+    history = api.run(case, frames=frames_needed(run.scene.duration, 0.5 * pile.round_trip))
+    warn_if_moving(history, run, pile, at)
     found = head_of(history, pile)
     compression, tension = largest_stresses(history, pile)
     return Blow(set_in(history, run, pile), compression, tension, transferred_energy(found), found, history)
@@ -164,32 +166,13 @@ def transferred_energy(head: Head) -> float:
 
 
 def largest_stresses(history: AbstractHistory, pile: Pile) -> tuple[Peak, Peak]:
-    """Return the largest compression and tension of a pile over a run, from its fields.
-
-    The stress jumps at a soil link and where segments join; fields there are those on the right: it is also read just
-    on the left.
-    """
-    found = [_stresses(history, pile, body) for body in pile.sections]
-    compression, tension = zip(*found, strict=True)
+    """Return the largest compression and tension of a pile over a run, from its fields."""
+    found = [(body, field_extremes(history, body, "stress")) for body in pile.sections]
+    compression = [_peak(history, body, most, 1.0) for body, (_, most) in found]
+    tension = [_peak(history, body, least, -1.0) for body, (least, _) in found]
     return max(compression, key=lambda peak: peak.stress), max(tension, key=lambda peak: peak.stress)
 
 
-def _stresses(history: AbstractHistory, pile: Pile, body: WaveBody) -> tuple[Peak, Peak]:
-    """Return the largest compression and tension of one section."""
-    name = body.name
-    times = history.field_times(name)
-    if times is None:
-        times = np.array(history.scene.field_times)
-    links = np.array([x for each in pile.soil for x in each.places_on(name)])
-    jumps = np.r_[links, np.cumsum([segment.length for segment in body.segments[:-1]])]
-    before = jumps[(jumps > 0.0) & (jumps < body.length)] - BESIDE * body.length
-    x = np.union1d(history.field(name, float(times[0]), "stress").x, before)
-    stress = history.fields_at(name, times, "stress", x).values
-    return _peak(history, name, x, times, stress, 1.0), _peak(history, name, x, times, stress, -1.0)
-
-
-def _peak(history: AbstractHistory, name: str, x: Array, times: Array, stress: Array, sign: float) -> Peak:
-    number, place = np.unravel_index(np.argmax(sign * stress), stress.shape)
-    force = history.field(name, float(times[number]), "force", x[place : place + 1]).values[0]
-    largest = float(stress[number, place])
-    return Peak(max(0.0, sign * float(force)), max(0.0, sign * largest), float(x[place]), float(times[number]), name)
+def _peak(history: AbstractHistory, body: WaveBody, stress: AtPlace, sign: float) -> Peak:
+    force = history.field(body.name, stress.time, "force", [stress.x]).values[0]
+    return Peak(max(0.0, sign * float(force)), max(0.0, sign * stress.value), stress.x, stress.time, body.name)

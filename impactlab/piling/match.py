@@ -306,7 +306,7 @@ class MatchTrials(Trials):
     def __init__(self, problem: MatchProblem, case: Case) -> None:
         signal = problem.experiments[0].signals[0]
         super().__init__(case, problem.parameters, [signal.channel])
-        self._numbers, self.simulation, self._times = problem.numbers, case.simulation(), signal.times
+        self._numbers, self.simulation, self._times = problem.numbers, case.simulation(), signal.time
 
     def use(self, run: Simulation) -> None:
         """Take another mesh from now on."""

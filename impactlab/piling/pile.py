@@ -60,7 +60,7 @@ class Pile(NamedTuple):
 def pile_of(run: Simulation) -> Pile:
     """Return the pile of a scene: the rods that links with `smith` hold, joined end to end.
 
-    Without such links it is the only rod. Where no hammer strikes it, its head is the end under a force over time.
+    Where no hammer strikes it, its head is the end under a force over time.
 
     Raises
     ------
@@ -69,8 +69,6 @@ def pile_of(run: Simulation) -> Pile:
         over time drives one of its ends.
     """
     rods, soil = _held(run)
-    if not rods:
-        raise _no_single_pile(rods)
     struck: list[tuple[Contact | None, WaveBody, float]] = [
         (contact, body, x)
         for contact in run.scene.contacts
@@ -118,8 +116,6 @@ def struck_pile_of(run: Simulation, what: str) -> Pile:
 def soil_of(run: Simulation) -> tuple[WaveBody, tuple[Contact, ...]]:
     """Return the one rod held by links with the law `smith`, and these links.
 
-    Without links it is the only rod.
-
     Raises
     ------
     CaseError
@@ -137,17 +133,26 @@ def soil_laws(run: Simulation, pile: Pile) -> dict[str, Smith]:
 
 
 def _held(run: Simulation) -> tuple[dict[str, WaveBody], tuple[Contact, ...]]:
-    """Return the rods that soil links hold, by name, and these links; without links all rods."""
+    """Return the rods that soil links hold, by name, and these links.
+
+    Raise `CaseError` without links.
+    """
     scene, laws = run.scene, run.method.laws
     soil = tuple(contact for contact in scene.contacts if isinstance(laws.get(contact.name), Smith))
     rods = {name: body.waves for name, body in scene.elastic.items() if body.waves is not None}
     held = {point.body for contact in soil for point in contact.faces if point.body in rods}
-    return ({name: body for name, body in rods.items() if name in held} or rods), soil
+    if not held:
+        raise CaseError(
+            "no rod is a pile: the case has no soil, as contacts with the law smith",
+            remedy="Add a contact of the law smith along the rod or at its toe, as `impactlab new FILE --like pile`.",
+            path="contacts",
+        )
+    return {name: body for name, body in rods.items() if name in held}, soil
 
 
 def _no_single_pile(rods: Mapping[str, WaveBody]) -> CaseError:
     return CaseError(
-        f"one rod must be the pile, and {', '.join(map(repr, sorted(rods))) or 'no rod'} could be",
+        f"one rod must be the pile, and {', '.join(map(repr, sorted(rods)))} could be",
         remedy="Give one rod all contacts with the law smith; sections joined without play are its segments. `blow`, "
         "`bearing_graph` and `match` also take several rods with such contacts under a hammer, each joined to the "
         "next end to end, as by a splice or at a crack.",

@@ -130,13 +130,19 @@ def _facts(page: Page, scene: Scene, left_out: str) -> list[tuple[str, str]]:
 
 
 def _commands(page: Page, provenance: Provenance) -> list[str]:
-    """Return the commands that repeat the result and name its sources."""
+    """Return the commands that repeat the result and name its sources, each after a line of words."""
     case = page.table["case"]
     again = provenance.command or f"impactlab {page.command} {file_of(case)}{page.options} --out DIR"
-    commands = [again, f"impactlab cite {file_of(case, variant=False)}"]
-    if provenance.case_yaml:
-        commands.insert(1, f"impactlab {page.command} case.yaml{page.options} --out DIR")
-    return commands
+    made = ["# as this page was made", again]
+    if not provenance.case_yaml:
+        return [*made, "# the sources to cite, as BibTeX", f"impactlab cite {file_of(case, variant=False)}"]
+    return [
+        *made,
+        "# from case.yaml of this folder, the case as it was run",
+        f"impactlab {page.command} case.yaml{page.options} --out DIR",
+        "# its sources to cite, as BibTeX",
+        "impactlab cite case.yaml",
+    ]
 
 
 def write_study(file: Path, package: str, scene: Scene, origin: Provenance, **values: Any) -> None:

@@ -179,6 +179,12 @@ class Scene:
         return [(number, self.contacts[number]) for number in numbers]
 
     @cached_property
+    def waves_from_start(self) -> bool:
+        """Whether a load or a given displacement makes waves in a rod or beam from t = 0 on."""
+        rods = self.elastic.values()
+        return any(body.loads or body.end_force or body.displacement is not None for body in rods)
+
+    @cached_property
     def fastest(self) -> float:
         """Largest velocity of a body at t = 0 [m/s]."""
         return max((abs(body.velocity) for body in self.bodies.values()), default=0.0)

@@ -28,6 +28,13 @@ from impactlab.types import Array
 CONTENT, CHUNKS = "sweep.json", "chunks"
 RESULTS = ("sweep.nc", "table.csv", "uncertainty.json", "figures", "index.html", "case.yaml", "citations.bib")
 OURS = (LOCK, SHARD_LOCKS, CONTENT, CHUNKS, *RESULTS, f"*{DRAFT}")
+WORDS = {
+    "resolved": "its values in SI",
+    "code": "the code of impactlab",
+    "environment": "versions of libraries",
+    "design": "the samples",
+}
+"""Parts of the content of a sweep in a message."""
 MAY_DIFFER = ("command", "date", "chunk")  # of two sweeps with the same results
 STATUSES = ("missing", "completed", "tolerance_not_met", "refused", "failed", "hung", "crashed")
 """Status of a point, by its number in the result; a point is missing until it is computed."""
@@ -147,7 +154,7 @@ def _refuse_other(path: Path, now: Mapping[str, Any]) -> None:
     differing = [name for name in now if name not in MAY_DIFFER and before.get(name) != now[name]]
     if differing:
         raise CaseError(
-            f"{str(path)!r} holds another sweep; different: {', '.join(differing)}",
+            f"{str(path)!r} holds another sweep; different: {', '.join(WORDS.get(name, name) for name in differing)}",
             path="--out",
             remedy="Give a new folder with --out, or remove this one.",
         )

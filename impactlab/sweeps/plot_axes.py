@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 NAME_LETTERS = 45  # of the name of a quantity in a line beside a panel
 PANEL_WIDTHS = {1: 6.4, 2: 2.5}  # inches, of one panel and of two side by side
+TILT = 30.0  # degrees, of words below a panel that would touch each other
 MAX_WORDS = 30  # below a panel; of more every second, third ... one
 
 
@@ -111,7 +112,7 @@ def set_axis(axes: Axes, which: str, place: Places, columns: int = 1) -> None:
         shown = place.x.astype(int)[:: math.ceil(len(place.x) / MAX_WORDS)]
         getattr(axes, f"set_{which}ticks")(place.x[shown], [place.words[number] for number in shown])
         if which == "x" and _is_tilted(place, columns):
-            axes.tick_params(axis="x", labelrotation=30.0)
+            axes.tick_params(axis="x", labelrotation=TILT)
             for label in axes.get_xticklabels():
                 label.set(ha="right", rotation_mode="anchor")
     getattr(axes, f"set_{which}lim")(place.edges[0], place.edges[-1])
@@ -135,3 +136,11 @@ def lower_margin(place: Places, columns: int) -> float:
     lines = max((word.count("\n") for word in place.words), default=0)
     tilted = 0.5 * LETTER * longest(place) if _is_tilted(place, columns) else 0.0
     return 0.6 + 0.14 * lines + tilted
+
+
+def left_margin(place: Places, columns: int, least: float) -> float:
+    """Return the margin beside a panel [inch]: tilted words below it begin to the left of their tick."""
+    if not _is_tilted(place, columns):
+        return least
+    reach = math.cos(math.radians(TILT)) * LETTER * longest(place)
+    return max(least, 0.1 + reach - 0.5 * PANEL_WIDTHS[columns] / len(place.x))

@@ -26,7 +26,17 @@ from impactlab.report.figures.style import (
     panel_grid,
 )
 from impactlab.sweeps.chunks import STATUSES
-from impactlab.sweeps.plot_axes import Places, in_order, label_of, longest, lower_margin, places, scale_of, set_axis
+from impactlab.sweeps.plot_axes import (
+    Places,
+    in_order,
+    label_of,
+    left_margin,
+    longest,
+    lower_margin,
+    places,
+    scale_of,
+    set_axis,
+)
 from impactlab.sweeps.quantities import absent_words
 from impactlab.sweeps.result import ABOUT, labels_in
 from impactlab.types import Array
@@ -40,6 +50,7 @@ ENDED = [STATUSES.index(name) for name in ("completed", "tolerance_not_met")]
 PANEL = "panel"  # label of the axes that show points, beside those of colour bars
 HATCH = "/////"
 EDGES = "other contacts on either side"  # of a line between two sequences of contacts
+MAX_EDGES = 20  # such lines; more would hide the curve, where contacts differ nearly everywhere
 MAX_DOTS = 20_000  # of one colour in a panel; of more points every second, third ... one
 LEGEND_COLUMNS, LEGEND_ROW = 3, 0.155  # inches high
 LEGEND: dict[str, Any] = {
@@ -116,11 +127,12 @@ def _lines(found: xarray.Dataset, tables: list[Any], labels: list[str], axis: st
     place, named = places(found[axis]), labelled([table.values for table in tables], len(PALETTE))
     missing, sequences = ~np.isin(found["status"].values, ENDED), _sequences(found, [axis])
     edges = place.edges[1:-1][(np.diff(sequences) != 0) & ~missing[1:] & ~missing[:-1]]
+    edges = edges if edges.size <= MAX_EDGES else edges[:0]
     entries = 1 if edges.size else 0
     if labels[0]:
         entries += len(named) + (1 if len(named) < len(tables) else 0)  # all curves without a name are one entry
     top = 0.15 + LEGEND_ROW * max(1, math.ceil(entries / LEGEND_COLUMNS))
-    margins = Margins(left=0.9, right=0.2, top=top, bottom=lower_margin(place, 1))
+    margins = Margins(left=left_margin(place, 1, 0.9), right=0.2, top=top, bottom=lower_margin(place, 1))
     figure, [[axes]] = grid(1, 1, 3.2, margins)
     axes.set_label(PANEL)
     unit = _common_unit(tables)

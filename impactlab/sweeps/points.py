@@ -24,6 +24,7 @@ from impactlab.sweeps.axes import Points
 from impactlab.sweeps.batch import Batch, batch_of
 from impactlab.sweeps.chunks import ENGINES, STATUSES, Chunk
 from impactlab.sweeps.quantities import WantedQuantity, values
+from impactlab.sweeps.sampled import extreme_in, frames_of
 
 MAX_REASON = 300  # characters
 LOG = logging.getLogger("impactlab")
@@ -36,6 +37,11 @@ class Sweep:
     case: Case
     points: Points
     wanted: tuple[WantedQuantity, ...]
+
+    @cached_property
+    def extremes(self) -> list[str]:
+        """Names of quantities that are extremes of channels."""
+        return [each.name for each in self.wanted if extreme_in(each.name) is not None]
 
     @cached_property
     def batch(self) -> Batch | None:
@@ -120,12 +126,13 @@ def row(made: Sweep, number: int) -> PointResult:
     """
     try:
         case = made.points.case(made.case, number)
+        frames = frames_of(made.extremes, case.scene()) if made.extremes else 0
         with api.warnings_kept():
-            history = api.run(case)
+            history = api.run(case, frames=frames)
         found = values(history, made.wanted, case.registry)
         return PointResult(STATUSES.index(status_of(history)), "", found)
     except ImpactlabError as error:
-        return missing(made, "failed" if isinstance(error, StepError) else "refused", str(error))
+        return missing(made, "failed" if isinstance(error, StepError) else "refused", error.in_a_line())
     except Exception as error:  # noqa: BLE001 - a part may raise anything; its point reports it
         return missing(made, "failed", f"{type(error).__name__}: {error}")
 

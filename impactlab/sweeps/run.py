@@ -175,7 +175,7 @@ def _made_of(
     for each in one_by_one(quantities):
         if isinstance(each, Sampled):
             check_sampled(each, *run, max(scene.duration for scene, _ in (ends or [run])))
-        elif extreme := extreme_in(each):
+        elif (extreme := extreme_in(each)) and extreme.along(run[0]) is None:
             check_channel(extreme.channel, *run)
     wanted = quantities_of(run.scene, quantities, case.registry, _others(case, grid))
     refuse_large(grid.count, [each.size for each in wanted])

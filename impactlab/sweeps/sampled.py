@@ -13,9 +13,11 @@ from impactlab.errors import CaseError, closest
 from impactlab.history.arguments import END_ROUNDING
 from impactlab.history.base import AbstractHistory
 from impactlab.history.extremes import extremes
+from impactlab.history.field_extremes import field_extremes, frames_needed, rod_of
 from impactlab.history.units import UNITS
 from impactlab.prefixes import prefixed_range
 from impactlab.printing import counted
+from impactlab.scene.bodies import WaveBody
 from impactlab.scene.method import Method, is_exact
 from impactlab.scene.problem import Scene
 from impactlab.simulate.channels import probed
@@ -39,7 +41,10 @@ class Sampled(NamedTuple):
 
 
 class Extreme(NamedTuple):
-    """The largest or least value of a channel as a quantity, as ``max(strain:rod@0.15)``."""
+    """The largest or least value of a channel as a quantity, as ``max(strain:rod@0.15)``.
+
+    Of a rod without a place, as ``max(stress:rod)``, it is that over all places.
+    """
 
     of: str  # max or min
     channel: str
@@ -50,9 +55,18 @@ class Extreme(NamedTuple):
         quantity, _, place = self.channel.partition(":")
         return f"{'Largest' if self.of == 'max' else 'Least'} {quantity.replace('_', ' ')} of {place} in the run."
 
+    def along(self, scene: Scene) -> WaveBody | None:
+        """Return the rod over whose places it is; None for a channel that every run of the scene has."""
+        rod = rod_of(scene, self.channel)
+        return None if rod is not None and self.channel in channels(scene) else rod
+
     def value(self, history: AbstractHistory) -> float:
         """Return the value of a run, in the SI unit of the channel."""
-        least, largest = extremes(history, self.channel)
+        rod = self.along(history.scene)
+        if rod is None:
+            least, largest = extremes(history, self.channel)
+        else:
+            least, largest = (each.value for each in field_extremes(history, rod, self.channel.partition(":")[0]))
         return largest if self.of == "max" else least
 
 
@@ -60,6 +74,12 @@ def extreme_in(name: str) -> Extreme | None:
     """Return the extreme that a name of a quantity states, None for other names."""
     of, opened, rest = name.partition("(")
     return Extreme(of, rest[:-1].strip()) if of in ("max", "min") and opened and rest.endswith(")") else None
+
+
+def frames_of(names: Sequence[str], scene: Scene) -> int:
+    """Return the frames that a run needs for extremes along its rods, as ``max(stress:rod)``; 0 without them."""
+    rods = [each.along(scene) for each in map(extreme_in, names) if each is not None]
+    return max((frames_needed(scene.duration, 0.5 * rod.round_trip) for rod in rods if rod is not None), default=0)
 
 
 def is_sampled(name: str) -> bool:

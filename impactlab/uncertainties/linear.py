@@ -9,7 +9,7 @@ from typing import NamedTuple
 from impactlab.casefile import Case
 from impactlab.derivatives import Sensitivities, Sensitivity, sensitivities
 from impactlab.errors import ImpactlabError
-from impactlab.sweeps.sampled import Sampled
+from impactlab.sweeps.sampled import Sampled, extreme_in
 from impactlab.uncertainties.distributions import Uncertain
 
 
@@ -31,11 +31,21 @@ def at_means(case: Case, uncertain: Sequence[Uncertain]) -> Case:
 def linear(
     case: Case, uncertain: Sequence[Uncertain], quantities: Sequence[str | Sampled]
 ) -> Sensitivities | ImpactlabError:
-    """Return the sensitivities at the means, or why there are none."""
+    """Return the sensitivities at the means, or why there are none.
+
+    Extremes over all places of a rod have none, and do not hide those of others.
+    """
+    usual = [each for each in quantities if not (isinstance(each, str) and _is_along(case, each))]
     try:
-        return sensitivities(at_means(case, uncertain), [each.path for each in uncertain], quantities)
+        return sensitivities(at_means(case, uncertain), [each.path for each in uncertain], usual or quantities)
     except ImpactlabError as error:
         return error
+
+
+def _is_along(case: Case, name: str) -> bool:
+    """Return whether a quantity is an extreme over all places of a rod."""
+    extreme = extreme_in(name)
+    return extreme is not None and extreme.along(case.scene()) is not None
 
 
 def estimates(found: Sensitivities, uncertain: Sequence[Uncertain]) -> dict[tuple[str, str], Linear]:

@@ -13,8 +13,10 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from impactlab.casefile.case import simulation_of
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.piling import Blow, Head, bearing_graph, blow, case_method, drive, match
+from impactlab.piling.bearing import static_capacity
 from impactlab.piling.blow import sets_of
 from impactlab.piling.drive import _next as after
 from impactlab.piling.pile import pile_of
@@ -280,6 +282,22 @@ def test_a_bearing_graph_needs_a_toe_and_capacities() -> None:
     for blows in (0, 2.5):
         with pytest.raises(il.CaseError, match="Give a whole number from 1 to 10000"):
             drive(driven(), blows)  # type: ignore[arg-type]
+
+
+def test_a_bearing_graph_has_the_stresses_and_the_energy_of_each_blow() -> None:
+    case = driven()
+    single, run = blow(case), simulation_of(case, "test")
+    graph = bearing_graph(case, [static_capacity(run, pile_of(run))])
+    assert graph.set[0] == single.set
+    assert graph.peak_compression[0] == single.peak_compression.stress
+    assert graph.peak_tension[0] == single.peak_tension.stress
+    assert graph.transferred_energy[0] == single.transferred_energy
+    assert graph.to_pandas()["compression [Pa]"].tolist() == [single.peak_compression.stress]
+
+
+def test_a_case_without_soil_has_no_pile() -> None:
+    with pytest.raises(il.CaseError, match="the case has no soil"):
+        blow(il.load_case("axial_impact").method("continuous"))
 
 
 SOIL = {

@@ -77,6 +77,12 @@ def test_a_radius_in_place_of_a_stiffness_is_refused_with_a_way_to_get_it(tmp_pa
     assert "{radius: 5 mm, material: steel}" in message
 
 
+def test_other_sizes_of_spheres_beside_a_stiffness_are_refused_with_their_block(tmp_path):
+    message = str(refused(tmp_path, "{kind: hertz, radius: 5 mm, material: glass}"))
+    assert "law.radius: the key 'radius' is not known here. It stands inside 'stiffness'" in message
+    assert "Write stiffness: {radius: 5 mm, material: glass}." in message
+
+
 def test_a_relative_stiffness_needs_a_rod(tmp_path):
     message = str(refused(tmp_path, "{kind: khulief_shabana, restitution: 0.5}"))
     assert "stiffness is relative to a rod, and this contact has none" in message

@@ -107,7 +107,9 @@ def test_run_writes_its_folder_whole_and_the_page_repeats_it(tmp_path):
     assert (out / "summary.json").is_file()
     assert [path.name for path in tmp_path.iterdir()] == ["results"], "no temporary folder remains"
     settings = f"--set &#39;{law}&#39; --set solve.duration=1e-4 --method modal_10"
-    assert f"impactlab run axial_impact.yaml {settings} --out DIR" in (out / "index.html").read_text()
+    page = (out / "index.html").read_text()
+    assert f"# as this page was made\nimpactlab run axial_impact.yaml {settings} --out DIR\n# from case.yaml" in page
+    assert "# its sources to cite, as BibTeX\nimpactlab cite case.yaml\n" in page
 
 
 def test_compare_keeps_refused_rows():

@@ -194,7 +194,7 @@ def test_a_signal_is_resampled_at_equal_instants() -> None:
     times = np.array([0.0, 1.1, 1.9, 3.0, 4.0, 5.2]) * 1e-6
     signal = il.Signal("strain:bar@0.5", times, 2.0 * times)
     equal = signal.resampled("1 us")
-    assert equal.times == pytest.approx(1e-6 * np.arange(6))
+    assert equal.time == pytest.approx(1e-6 * np.arange(6))
     assert equal.values == pytest.approx(2e-6 * np.arange(6))  # of a straight line exactly
     assert equal.interval == pytest.approx(1e-6)
     assert signal.resampled().interval == pytest.approx(signal.width)

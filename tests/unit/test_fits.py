@@ -86,7 +86,7 @@ def test_a_hard_contact_with_noise_and_an_unknown_trigger(hard):
         assert found[path].value == pytest.approx(truth, rel=0.01)
         assert found[path].lower < found[path].value < found[path].upper
     shift = found[f"shift of {FORCE}"]
-    assert shift.value == pytest.approx(11.3 * (signal.times[1] - signal.times[0]), abs=0.3 * signal.times[0])
+    assert shift.value == pytest.approx(11.3 * (signal.time[1] - signal.time[0]), abs=0.3 * signal.time[0])
 
 
 def test_a_number_that_a_force_does_not_determine_has_no_interval(cushioned):
@@ -107,10 +107,10 @@ def test_outliers_under_huber(cushioned):
     wild[5:45:4] += 10.0 * 0.01 * wild.max()  # while the force grows
     bounds = {STIFFNESS: (5e7, 8e8)}
     clean, robust = (
-        il.fit(cushioned, il.Signal(FORCE, signal.times, values), bounds, loss="huber")
+        il.fit(cushioned, il.Signal(FORCE, signal.time, values), bounds, loss="huber")
         for values in (signal.values, wild)
     )
-    plain = il.fit(cushioned, il.Signal(FORCE, signal.times, wild), bounds)
+    plain = il.fit(cushioned, il.Signal(FORCE, signal.time, wild), bounds)
     moved = abs(robust[STIFFNESS].value - clean[STIFFNESS].value)
     assert moved < 0.5 * (clean[STIFFNESS].upper - clean[STIFFNESS].lower)
     assert moved < 0.5 * abs(plain[STIFFNESS].value - clean[STIFFNESS].value)
@@ -121,7 +121,7 @@ def test_correlated_residuals_are_warned_of_and_widen_the_interval(cushioned):
     noise = np.random.default_rng(5).standard_normal(SAMPLES)
     for k in range(1, SAMPLES):
         noise[k] += 0.9 * noise[k - 1]
-    noisy = il.Signal(FORCE, signal.times, signal.values + 0.02 * signal.values.max() * noise)
+    noisy = il.Signal(FORCE, signal.time, signal.values + 0.02 * signal.values.max() * noise)
     bounds = {STIFFNESS: (5e7, 8e8)}
     white, coloured = (il.fit(cushioned, noisy, bounds, noise=kind) for kind in ("white", "ar1"))
     assert any("have a correlation" in text for text in white.warnings)
@@ -157,7 +157,7 @@ def test_the_command_reads_a_table_and_writes_a_case_that_runs(cushioned, tmp_pa
     signal = measured(cushioned)
     case, data = tmp_path / "case.yaml", tmp_path / "data.csv"
     case.write_text(cushioned.with_(STIFFNESS, 1.6e8).to_yaml(), encoding="utf-8")
-    rows = [f"{1e6 * t:.9g},{1e-3 * f:.9g}" for t, f in zip(signal.times, signal.values, strict=True)]
+    rows = [f"{1e6 * t:.9g},{1e-3 * f:.9g}" for t, f in zip(signal.time, signal.values, strict=True)]
     data.write_text("\n".join(["time [us], force [kN]", *rows]), encoding="utf-8")
     arguments = ["fit", str(case), str(data), "--signal", f"force [kN]={FORCE}"]
     arguments += ["--parameters", f"{STIFFNESS}=5e7:8e8", "--out", str(tmp_path / "out"), "--json"]
@@ -170,8 +170,8 @@ def test_the_command_reads_a_table_and_writes_a_case_that_runs(cushioned, tmp_pa
     assert len(il.run(fitted).contacts) >= 1
     (given,) = il.read_signals(data, {"force [kN]": FORCE})
     (shown,) = document["signals"]
-    assert (shown["channel"], shown["samples"]) == (FORCE, len(given.times))
-    assert shown["sha256"] == hashlib.sha256(given.times.tobytes() + given.values.tobytes()).hexdigest()
+    assert (shown["channel"], shown["samples"]) == (FORCE, len(given.time))
+    assert shown["sha256"] == hashlib.sha256(given.time.tobytes() + given.values.tobytes()).hexdigest()
     assert document["impactlab_version"] == il.__version__
 
 
@@ -218,7 +218,7 @@ def test_a_contact_by_number_and_by_name_is_one_parameter(cushioned):
 def test_an_unknown_channel_is_refused(cushioned):
     signal = measured(cushioned)
     with pytest.raises(CaseError, match="no run has the channel"):
-        il.fit(cushioned, il.Signal("force:hammer|rod", signal.times, signal.values), {STIFFNESS: (5e7, 8e8)})
+        il.fit(cushioned, il.Signal("force:hammer|rod", signal.time, signal.values), {STIFFNESS: (5e7, 8e8)})
 
 
 def test_the_page_runs_in_both_forms(monkeypatch, tmp_path):
@@ -253,7 +253,7 @@ def test_trials_of_exact_scenes_are_those_of_runs(cushioned, channel):
     signal = measured(cushioned)
     paths = (STIFFNESS, YOUNG, MASS)
     bounds = {STIFFNESS: (5e7, 8e8), YOUNG: (1e11, 4e11), MASS: (1.0, 4.0)}
-    problem = il.fit_problem(cushioned, il.Signal(channel, signal.times, signal.values), bounds)
+    problem = il.fit_problem(cushioned, il.Signal(channel, signal.time, signal.values), bounds)
     for values in ((1.5e8, 2.3e11, 2.5), (3e8, 1.8e11, 1.7)):
         [found] = problem.trials[0].means(values)
         assert isinstance(found, MarchedMeans)

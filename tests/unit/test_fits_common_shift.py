@@ -73,7 +73,7 @@ def test_each_experiment_has_its_own_clock_and_a_signal_may_have_another(case):
         [False, True]
     ] * 2
     first, second = measured(case)
-    known = il.Signal(second.channel, second.times, second.values, shift=LATE)
+    known = il.Signal(second.channel, second.time, second.values, shift=LATE)
     problem = il.fit_problem(case, [first, known], BOUNDS, shift="common")
     assert len(shifts(problem)) == 1
     moved = problem.jacobian(problem.start())[:, -1] != 0.0
@@ -86,7 +86,7 @@ def test_the_command_takes_it(case, tmp_path, monkeypatch):
     one, two = measured(case)
     rows = [
         f"{t!r},{a!r},{b!r}"
-        for t, a, b in zip(one.times.tolist(), one.values.tolist(), two.values.tolist(), strict=True)
+        for t, a, b in zip(one.time.tolist(), one.values.tolist(), two.values.tolist(), strict=True)
     ]
     (tmp_path / "data.csv").write_text("\n".join(["time [s],near [1],far [1]", *rows]))
     signals = ["--signal", "near [1]=strain:bar@0.2", "--signal", "far [1]=strain:bar@0.8"]

@@ -98,11 +98,11 @@ def test_a_gain_that_velocity_makes_up_for_is_not_determined(case):
 
 def test_units_of_arrays(case):
     signal = measured(case)
-    given = il.Signal(FORCE, 1e6 * signal.times, 1e-3 * signal.values, unit="kN", time_unit="us")
-    assert given.times == pytest.approx(signal.times, rel=1e-14)
+    given = il.Signal(FORCE, 1e6 * signal.time, 1e-3 * signal.values, unit="kN", time_unit="us")
+    assert given.time == pytest.approx(signal.time, rel=1e-14)
     assert given.values == pytest.approx(signal.values, rel=1e-14)
     with pytest.raises(CaseError, match="another dimension"):
-        il.Signal(FORCE, signal.times, signal.values, unit="mm")
+        il.Signal(FORCE, signal.time, signal.values, unit="mm")
 
 
 def test_standard_deviations_weight_the_samples(case):
@@ -129,14 +129,14 @@ def test_the_low_pass_is_three_decibels_down_and_right_at_the_ends():
 
 def test_a_bandwidth_filters_model_and_data_alike(case):
     signal = measured(case)
-    hum = 0.3 * signal.values.max() * np.sin(2.0 * np.pi * 180e3 * signal.times)
+    hum = 0.3 * signal.values.max() * np.sin(2.0 * np.pi * 180e3 * signal.time)
     noisy = replace(signal, values=signal.values + hum + noise(signal))
     found, plain = (il.fit(case.with_(STIFFNESS, 1.5e8), noisy, BOUNDS, bandwidth=width) for width in ("60 kHz", 0.0))
     assert found[STIFFNESS].lower < 2e8 < found[STIFFNESS].upper
     assert found.noise < 0.3 * plain.noise
-    uneven = signal.times + 0.3 * signal.width * (np.arange(SAMPLES) % 2)
+    uneven = signal.time + 0.3 * signal.width * (np.arange(SAMPLES) % 2)
     with pytest.raises(CaseError, match="equal sampling intervals"):
-        il.fit(case, replace(signal, times=uneven), BOUNDS, bandwidth=6e4)
+        il.fit(case, replace(signal, time=uneven), BOUNDS, bandwidth=6e4)
 
 
 def test_experiments_with_their_own_cases_are_fitted_together(case, tmp_path):
@@ -209,7 +209,7 @@ def test_netcdf_files_of_runs_and_of_instruments(case, tmp_path):
     }, {"time": ("time", [0.0, 1.0, 2.0, 3.0], {"units": "us"})})  # fmt: skip
     table.to_netcdf(tmp_path / "data.nc", engine="h5netcdf")
     [signal] = il.read_signals(tmp_path / "data.nc", {"load": FORCE})
-    assert (signal.times[-1], signal.values[-1], signal.std[-1]) == pytest.approx((3e-6, 3000.0, 200.0))
+    assert (signal.time[-1], signal.values[-1], signal.std[-1]) == pytest.approx((3e-6, 3000.0, 200.0))
     with pytest.raises(CaseError, match="has no unit"):
         il.read_signals(tmp_path / "data.nc", {"bare": FORCE})
     with pytest.raises(CaseError, match="load"):
@@ -220,7 +220,7 @@ def written(signal: il.Signal, file, std: bool = False) -> str:
     heading = "time [us], force [kN]" + (", std force [kN]" if std else "")
     rows = [
         f"{1e6 * t:.9g},{1e-3 * f:.9g}" + (",1.5" if std else "")
-        for t, f in zip(signal.times, signal.values, strict=True)
+        for t, f in zip(signal.time, signal.values, strict=True)
     ]
     file.write_text("\n".join([heading, *rows]), encoding="utf-8")
     return str(file)
@@ -263,7 +263,7 @@ def test_times_are_headed_in_any_language_with_a_unit_of_time(tmp_path, heading,
     file = tmp_path / "shot.csv"
     file.write_text(f"{heading};Kraft [kN]\n0,5;1,0\n1,5;2,0\n2,5;2,0\n3,5;2,0\n", encoding="utf-8")
     (signal,) = il.read_signals(file, {"Kraft [kN]": FORCE})
-    assert signal.times == pytest.approx(factor * np.array([0.5, 1.5, 2.5, 3.5]), rel=1e-12)
+    assert signal.time == pytest.approx(factor * np.array([0.5, 1.5, 2.5, 3.5]), rel=1e-12)
     file.write_text("Last [kN];Kraft [kN]\n0,5;1,0\n", encoding="utf-8")
     with pytest.raises(il.CaseError, match="where times are needed"):
         il.read_signals(file, {"Kraft [kN]": FORCE})
@@ -339,7 +339,7 @@ def test_tables_of_recorders_are_read_in_their_own_form(tmp_path, table):
     (tmp_path / "shot.csv").write_text(text, encoding="utf-8")
     heading = text.splitlines()[0].split(separator)[1]
     (signal,) = il.read_signals(tmp_path / "shot.csv", {heading: "strain:bar@0.5"})
-    assert signal.times == pytest.approx([0.0, 5e-4, 1e-3, 1.5e-3], abs=1e-18)
+    assert signal.time == pytest.approx([0.0, 5e-4, 1e-3, 1.5e-3], abs=1e-18)
     assert signal.values == pytest.approx([0.0, -1206.5e-6, 3e-6, 4e-6], abs=1e-18)
 
 

@@ -262,7 +262,7 @@ def test_a_fit_above_the_given_noise_is_warned_of(cushioned):
     right, small = (
         il.fit(
             cushioned,
-            il.Signal(FORCE, clean.times, clean.values, std=np.full(SAMPLES, std)),
+            il.Signal(FORCE, clean.time, clean.values, std=np.full(SAMPLES, std)),
             {STIFFNESS: (5e7, 8e8)},
             noise="std",
         )
@@ -304,7 +304,7 @@ class Parts(HTMLParser):
 def test_the_page_has_its_parts_and_its_command_repeats_the_fit(cushioned, tmp_path, monkeypatch):
     signal = measured(cushioned)
     (tmp_path / "case.yaml").write_text(cushioned.with_(STIFFNESS, 1.6e8).to_yaml(), encoding="utf-8")
-    rows = [f"{1e6 * t:.9g},{1e-3 * f:.9g}" for t, f in zip(signal.times, signal.values, strict=True)]
+    rows = [f"{1e6 * t:.9g},{1e-3 * f:.9g}" for t, f in zip(signal.time, signal.values, strict=True)]
     (tmp_path / "data.csv").write_text("\n".join(["time [us], force [kN]", *rows]), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     command = [
@@ -340,7 +340,7 @@ def test_a_page_of_two_signals(cushioned, tmp_path):
     two = cushioned.with_("probes", [{"body": "rod", "at": 0.15, "quantity": "strain"}])
     history, force = il.run(two), measured(cushioned)
     strain = Means(history, "strain:rod@0.15").over(force.edges, 0.0)
-    signals = [force, il.Signal("strain:rod@0.15", force.times, strain + 1e-6 * NUMBERS.standard_normal(SAMPLES))]
+    signals = [force, il.Signal("strain:rod@0.15", force.time, strain + 1e-6 * NUMBERS.standard_normal(SAMPLES))]
     found = il.fit(two, signals, {MASS: (1.0, 4.0), "bodies.rod.area": (4e-4, 2e-3), STIFFNESS: (5e7, 8e8),
                                   DAMPING: (500.0, 8000.0), VELOCITY: (0.2, 5.0)})  # fmt: skip
     found.write(tmp_path)

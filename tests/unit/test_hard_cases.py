@@ -178,6 +178,18 @@ def test_a_norm_against_nothing_at_all_divided_by_zero() -> None:
     assert relative_l2(np.full(3, np.nan), np.zeros(3)) is None
 
 
+def test_bounces_that_dispersed_fronts_end_drift_away_with_a_warning() -> None:
+    # Each bounce ends as a front comes back from the clamped end. 25 elements resolve 0.1 ms; by the tenth round trip
+    # fronts take several times as long to pass, and the last bounces are off by more than 20 round trips.
+    rod, soft = il.load_case(HARD / "zeno_rod.yaml"), {"kind": "penalty", "stiffness": {"relative": 1.0}}
+    mesh = {"solve.model": {"kind": "finite_element", "elements": 25}, "solve.integrator": {"kind": "hht_alpha"}}
+    run = il.run(rod.with_settings({**mesh, "contacts.0.law": soft, "solve.step": {"courant": 0.5}}))
+    exact = il.run(rod.with_("solve.model", {"kind": "continuous"}))
+    ends = [each.contacts[-1].until(0.6) for each in (run, exact)]
+    assert abs(ends[0] - ends[1]) > 20.0 * 4e-3
+    assert "drift" in codes(run)
+
+
 def test_ten_flights_on_ten_modes_drift_away_with_a_warning() -> None:
     """Each contact is told to half the shortest period, T/21; on a hundred modes the same run is sure of its times."""
     few, many = (

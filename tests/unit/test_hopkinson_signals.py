@@ -395,11 +395,11 @@ def test_a_drift_is_removed_within_the_error_of_the_page(page_of_shot) -> None:
     names: dict[str, object] = {}
     exec(reading, names)
     signal = names["incident"]
-    names["incident"] = il.Signal(signal.channel, signal.times, signal.values + 2e-5 + 0.02 * signal.times)
+    names["incident"] = il.Signal(signal.channel, signal.time, signal.values + 2e-5 + 0.02 * signal.time)
     exec(flattening.replace("0.5e-3", "40e-6"), names)  # this record is at rest for 40 us
     rest = names["rest"]
     assert rest.sum() == 80
-    assert np.polyfit(signal.times[rest], names["flat"][rest], 1) == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert np.polyfit(signal.time[rest], names["flat"][rest], 1) == pytest.approx([0.0, 0.0], abs=1e-9)
     rng, times = np.random.default_rng(0), np.linspace(0.0, 50e-6, 100)
     slopes = [np.polyfit(times, 3e-6 * rng.standard_normal(100), 1)[0] for _ in range(400)]
     # The standard deviation of 400 draws has a standard error of 3.5 %.

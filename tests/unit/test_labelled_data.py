@@ -14,6 +14,7 @@ import pytest
 import xarray
 
 import impactlab as il
+from impactlab.casefile.document import parse_yaml
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.files import open_netcdf, read_netcdf, write_netcdf, write_tables
 from impactlab.history import AbstractHistory, sampling
@@ -375,3 +376,21 @@ def test_the_summary_has_the_errors_of_a_comparison() -> None:
     (row,) = il.compare(case, ["base"]).rows
     assert il.run(case).summary()["errors"] == row.summary["errors"]
     assert row.summary["errors"]["reference"] == "st_venant"
+
+
+def test_a_table_longer_than_a_case_file_may_hold_is_read_back(tmp_path: Path) -> None:
+    """A force over time of 12,600 points is 25,200 values; a case file has at most 25,000."""
+    time = np.linspace(0.0, 1e-3, 12_600)
+    pushed = {"force": {"t": time.tolist(), "f": (1e3 * np.sin(1e4 * time)).tolist()}}
+    rod = il.Rod(length=1.0, area=1e-4, material={"young": 2.1e11, "density": 7850.0}, ends={"left": pushed})
+    solve = {
+        "duration": 1e-5,
+        "model": {"kind": "finite_element", "elements": 4},
+        "integrator": {"kind": "newmark"},
+        "step": {"courant": 1.0},
+    }
+    case = il.Case(bodies={"rod": rod}, contacts=[], solve=solve)
+    il.run(case).to_netcdf(tmp_path / "long.nc")
+    assert open_netcdf(tmp_path / "long.nc").case.document.data == case.document.data
+    with pytest.raises(CaseError, match="more than 25000 values"):
+        parse_yaml(case.to_yaml())

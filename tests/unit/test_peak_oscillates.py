@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.special import airy
 
 import impactlab as il
 from impactlab.history.base import AbstractHistory
+from impactlab.simulate.channels import AbstractRecordedHistory
+from impactlab.simulate.warnings.mesh_dispersion import LOBES, RISE, airy_scale
 from impactlab.simulate.warnings.peaks import largest_mean
+
+LARGEST = 78276.57  # N, (2 + e^-2) Z v of the case axial_impact
 
 
 def warned(history: AbstractHistory) -> list[str]:
@@ -46,13 +52,74 @@ def test_overshoot_at_a_front_is_named(method: str) -> None:
 
 def test_contact_that_opens_at_every_step_is_named() -> None:
     run = il.run(il.load_case("all_methods").method("energy_conserving"))
-    assert max(span.peak_force or 0.0 for span in run.contacts) > 3.0 * 78276.57  # exact: (2 + e^-2) Z v
+    assert max(span.peak_force or 0.0 for span in run.contacts) > 3.0 * LARGEST
     assert len(warned(run)) == 1
 
 
 def test_mesh_at_courant_1_has_no_such_peak() -> None:
-    run = il.run(il.load_case("axial_impact").method("finite_element"))
+    run = il.run(il.load_case("axial_impact").method("finite_element").with_("solve.step", {"courant": 1.0}))
+    assert largest(run) == pytest.approx(LARGEST, rel=0.02)
     assert not warned(run)
+
+
+def test_overshoot_of_a_front_that_a_mesh_dispersed_is_named() -> None:
+    # The front has crossed 200 elements: its first lobe lasts longer than three time resolutions.
+    run = il.run(il.load_case("axial_impact").method("finite_element"))  # at courant 0.9
+    assert largest(run) > 1.13 * LARGEST
+    [text] = warned(run)
+    assert "one oscillation of a front on this mesh" in text
+    assert float(text.split("this mean, ")[1].split(" N")[0]) == pytest.approx(LARGEST, rel=0.05)
+
+
+@pytest.mark.parametrize("elements", [50, 200])
+@pytest.mark.parametrize(
+    ("law", "integrator"), [("addition_deletion", "contact_stabilised_newmark"), ("nitsche", "midpoint")]
+)
+def test_rise_ahead_of_a_front_that_unloads_is_named(elements: int, law: str, integrator: str) -> None:
+    # Consistent masses: the force Z v of a rod on a wall rises ahead of the front that ends it, for any mesh.
+    rod = il.Rod(length=1.0, area=1e-4, material={"young": 2e11, "density": 8000.0}, velocity=1.0)
+    model = {"kind": "finite_element", "elements": elements}
+    run = il.run(
+        il.Case(
+            bodies={"rod": rod, "wall": il.Wall()},
+            contacts=[il.Contact("rod.right", "wall", {"kind": law})],
+            solve={"duration": 6e-4, "model": model, "integrator": {"kind": integrator}, "step": {"courant": 0.3}},
+        )
+    )
+    assert largest(run) > 1.5 * 4000.0
+    [text] = warned(run)
+    assert float(text.split("this mean, ")[1].split(" N")[0]) == pytest.approx(4000.0, rel=0.15)
+
+
+def test_airy_function_over_its_first_lobe_and_trough() -> None:
+    z = np.linspace(-40.0, 8.0, 48_001)
+    step = np.cumsum(airy(z)[0][::-1])[::-1] * (z[1] - z[0])
+    sums = np.append(0.0, step.cumsum())
+    count = round(LOBES / (z[1] - z[0]))
+    assert float((sums[count:] - sums[:-count]).max()) / count == pytest.approx(1.044, abs=2e-3)
+    assert float(step.max()) == pytest.approx(1.274, abs=1e-3)
+    assert z[step.argmax()] == pytest.approx(-RISE, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("mass", "integrator", "courant"),
+    [("lumped", "central_difference", 0.6), ("lumped", "midpoint", 0.6), ("consistent", "midpoint", 0.3)],
+)
+def test_time_scale_of_a_front_follows_from_the_dispersion_relation(mass: str, integrator: str, courant: float) -> None:
+    wave = 0.05  # k h: long beside the elements
+    stiff = 2.0 * math.sin(0.5 * wave)  # omega h/c of the mesh with lumped masses
+    omega = stiff if mass == "lumped" else stiff / math.sqrt(1.0 - stiff * stiff / 6.0)
+    half = 0.5 * courant * omega  # of a step
+    omega = 2.0 / courant * (math.asin(half) if integrator == "central_difference" else math.atan(half))
+    slower = (1.0 - omega / wave) / wave**2
+    law = {"kind": "penalty", "stiffness": 1e6}
+    case = il.Case.from_dict(ball(1e6, 50)).with_("solve.model.mass", mass).with_("contacts.0.law", law)
+    run = il.run(case.with_("solve.integrator", {"kind": integrator}).with_("solve.step", {"courant": courant}))
+    assert isinstance(run, AbstractRecordedHistory)
+    rod = run.scene.elastic["rod"]
+    transit, time = 0.5 * rod.round_trip / 50, 2e-4
+    wanted = transit * (3.0 * abs(slower) * time / transit) ** (1.0 / 3.0)
+    assert airy_scale(run, [rod], time) == pytest.approx(wanted, rel=1e-2)
 
 
 def ball(stiffness: float, elements: int) -> dict[str, Any]:

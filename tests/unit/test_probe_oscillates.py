@@ -48,8 +48,8 @@ def test_a_pulse_of_a_few_elements_disperses_with_a_warning(integrator: str) -> 
     run, force = struck(MESH, integrator, 0.5), AREA * np.sqrt(YOUNG * DENSITY) / 2.0
     signal = run.evaluate(np.linspace(0.0, run.duration, 5000), FORCE)
     assert signal.min() < -0.2 * force
-    assert "peak_oscillates" not in codes(run)
-    assert "probe_oscillates" in codes(run)
+    assert max(span.peak_force or 0.0 for span in run.contacts) > 1.1 * force
+    assert codes(run) >= {"peak_oscillates", "probe_oscillates"}  # neither states the other
 
 
 def test_the_same_pulse_at_courant_1_is_right_and_has_no_warning() -> None:

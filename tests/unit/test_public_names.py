@@ -75,11 +75,12 @@ def test_reprs_of_results_with_arrays_are_one_line() -> None:
     assert repr(piling.Driving((one,))) == "<Driving of 1 blow: the last moves head 5 mm, toe 5 mm>"
     head = piling.Head(t, np.full(n, 4e6), np.full(n, 1.6), 2.5e6)
     assert repr(head).startswith("<Head of 1000 samples, 0 to 999 µs: largest force 4 MN, velocity 1.6 m/s")
-    graph = piling.BearingGraph(np.array([1e6, 2e6]), np.array([10e-3, 2e-3]), np.array([100.0, 500.0]))
+    two = np.array([1.0, 2.0])
+    graph = piling.BearingGraph(np.array([1e6, 2e6]), np.array([10e-3, 2e-3]), np.array([100.0, 500.0]), two, two, two)
     assert repr(graph) == "<BearingGraph of 2 capacities, 1 to 2 MN: sets 2 to 10 mm>"
     assert list(graph.to_pandas()["set [m]"]) == [10e-3, 2e-3]
     assert graph.to_pandas().index.name == "capacity [N]"
-    one_graph = piling.BearingGraph(np.array([1.5e6]), np.array([10e-3]), np.array([100.0]))
+    one_graph = piling.BearingGraph(np.array([1.5e6]), np.array([10e-3]), np.array([100.0]), two[:1], two[:1], two[:1])
     assert repr(one_graph) == "<BearingGraph of 1 capacity, 1.5 MN: set 10 mm>"
     driven = piling.Driving((one, one._replace(toe_force=None))).to_pandas()
     assert list(driven.index) == [1, 2]

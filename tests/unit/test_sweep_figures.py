@@ -119,6 +119,25 @@ def test_an_axis_of_laws_has_their_kinds_and_its_path(ball):
     assert axes.xaxis.label.get_window_extent().y0 >= 0.0
 
 
+def test_long_words_below_a_line_stay_inside_the_figure():
+    rod = il.Rod(length=1.0, diameter=0.02, material="steel", ends={"left": {"force": 0.0}})
+    solve = {"model": {"kind": "finite_element", "elements": 4}, "integrator": {"kind": "newmark"}}
+    case = il.Case(bodies={"rod": rod}, solve={"duration": 1e-5, "step": {"dt": 1e-6}, **solve})
+    formulas = [f"1e5*sin(2*pi*{1000 + number}*t)*exp(-100*t)" for number in range(20)]
+    found = il.sweep(case, {"bodies.rod.ends.left.force": formulas}, quantities=["final_velocity"])
+    figure = il.plot_sweep(found, "final_velocity")
+    FigureCanvasAgg(figure).draw()
+    assert all(label.get_window_extent().x0 >= 0.0 for label in figure.axes[0].get_xticklabels())
+
+
+def test_edges_between_nearly_all_points_are_left_out(ball):
+    found = il.sweep(ball, {MASS: np.linspace(0.01, 0.02, 40)}, quantities=["peak_force", "contacts"])
+    found["contacts"].values[:, 0] = np.arange(40)
+    assert len(il.plot_sweep(found, "peak_force").axes[0].lines) == 1
+    found["contacts"].values[:, 0] = np.arange(40) // 20
+    assert len(il.plot_sweep(found, "peak_force").axes[0].lines) == 2
+
+
 @pytest.mark.parametrize("turned", [False, True])
 def test_maps_over_laws_show_parameters_of_equal_kinds_inside_the_figure(ball, turned):
     over = {LAW: [HERTZ, SOFT, PENALTY], MASS: [0.01, 0.02]}

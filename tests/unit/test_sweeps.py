@@ -308,7 +308,7 @@ PAGE = (PAPER.parents[1] / "docs" / "sweeps.md").read_text(encoding="utf-8")
 
 def test_the_page_runs_as_printed(monkeypatch, capsys):
     monkeypatch.chdir(PAPER.parents[1])
-    [code, at_gauge], [command, *_] = (
+    [code, at_gauge, *_], [command, *_] = (
         re.findall(rf"```{kind}\n(.*?)```", PAGE, flags=re.DOTALL) for kind in ("python", "sh")
     )
     names: dict[str, Any] = {}

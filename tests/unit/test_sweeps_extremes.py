@@ -126,6 +126,26 @@ def test_the_command_line_takes_extremes(tmp_path: Path) -> None:
     assert [float(row[name]) for row in rows] == pytest.approx([1.0 / SPEED, 2.0 / SPEED], rel=1e-9)
 
 
+STEPPED_ROD = {**CONTINUOUS, "step": {"dt": LENGTH / SPEED / 400}}
+
+
+@pytest.mark.parametrize("solve", [CONTINUOUS, MESH, STEPPED_ROD])
+def test_an_extreme_without_a_place_is_that_along_the_rod(solve: dict[str, object]) -> None:
+    """Compression is largest at each front; tension where the returning front is at the end of the run, x = 0.2 L."""
+    names = ["max(strain:rod)", "min(strain:rod)"]
+    found = il.sweep(case(solve), {VELOCITY: [1.0, 2.0]}, quantities=names)
+    assert found["reason"].values.tolist() == ["", ""]
+    most, least = (found[name].values * SPEED / np.array([1.0, 2.0]) for name in names)
+    apart = 2.0 * DENSITY * AREA / MASS * LENGTH * (1 / 200 + 1 / 400)  # decay between frames and between places
+    assert most == pytest.approx([1.0, 1.0], abs=apart)
+    assert least == pytest.approx([tension(0.2 * LENGTH)] * 2, abs=apart)
+
+
+def test_sensitivities_refuse_an_extreme_along_a_rod() -> None:
+    with pytest.raises(il.CaseError, match=r"over all places of a rod .*\n.*il.Sampled\(\"stress:rod@X\", times\)"):
+        il.sensitivities(case(), [VELOCITY], quantities=["max(stress:rod)"])
+
+
 @pytest.mark.parametrize("solve", [CONTINUOUS, MESH])
 def test_sensitivities_withhold_the_derivative_of_an_extreme(solve: dict[str, object]) -> None:
     found = il.sensitivities(case(solve), [VELOCITY], quantities=[f"max(strain:rod@{AT})", "peak_force"])
@@ -145,3 +165,12 @@ def test_uncertainties_of_an_extreme_are_printed_without_a_linear_estimate() -> 
     assert spread.deviation.value / spread.mean.value == pytest.approx(0.05, rel=0.1)
     assert name in str(found).partition("No linear estimate")[0]
     assert [text.startswith(f"No linear estimate of {name}") for text in found.warnings] == [True]
+
+
+def test_an_extreme_along_a_rod_does_not_hide_the_linear_estimates_of_other_quantities() -> None:
+    names = ["max(stress:rod)", "peak_force"]
+    found = il.uncertainty(case(), {VELOCITY: "normal(1 m/s, 5 %)"}, quantities=names, samples=64)
+    along, peak = found.spreads
+    assert math.isnan(along.linear_mean)
+    assert along.mean.value == pytest.approx(YOUNG / SPEED, rel=1e-2)
+    assert peak.linear_mean == pytest.approx(DENSITY * SPEED * AREA, rel=1e-9)

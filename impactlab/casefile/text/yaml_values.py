@@ -25,8 +25,8 @@ _TWO_COLONS = re.compile(r"\s*(?:- +)?([\w.-]+):\s+(\S.*:(?:\s.*)?)")  # a key, 
 _NO_COLON = re.compile(r"([\w.-]+) +[{\[].*")  # a key and its block
 
 
-def yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
-    """Return the plain value of a text; write the line of each key into ``lines``."""
+def yaml_value(text: str, lines: dict[Keys, int | None], most: int = MAX_VALUES) -> Any:
+    """Return the plain value of a text of at most so many values; write the line of each key into ``lines``."""
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
@@ -34,7 +34,7 @@ def yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
     try:
         for reader in ("safe", "rt"):  # the second is slower by a third, looks further ahead and knows more of a fault
             try:
-                return _Composer(YAML(typ=reader, pure=True).parse(text), lines).document()
+                return _Composer(YAML(typ=reader, pure=True).parse(text), lines, most).document()
             except MarkedYAMLError as error:
                 fault = error
         raise _marked(fault, text.splitlines()) from fault
@@ -92,8 +92,8 @@ def _marked(error: Any, lines: list[str]) -> CaseError:
 class _Composer:
     """Builds plain values from YAML events, within the limits."""
 
-    def __init__(self, events: Iterator[Any], lines: dict[Keys, int | None]) -> None:
-        self.events = events
+    def __init__(self, events: Iterator[Any], lines: dict[Keys, int | None], most: int) -> None:
+        self.events, self.most = events, most
         self.count = 0
         self.lines = lines
 
@@ -118,8 +118,8 @@ class _Composer:
         kind = type(event).__name__
         line = event.start_mark.line + 1
         self.count += 1
-        if self.count > MAX_VALUES:
-            raise too_many(line)
+        if self.count > self.most:
+            raise too_many(line, self.most)
         if kind == "AliasEvent":
             raise CaseError(
                 f"the alias *{str(event.anchor)[:20]} is not allowed", remedy="Write the value out again.", line=line

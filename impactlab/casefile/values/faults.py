@@ -23,9 +23,7 @@ _NEEDED = {
     "string_type": "a string",
 }
 OF_CONTACT = ("between", "gap", "overlap", "pieces", "name", "lever_arm", "along")  # keys sought in its law
-FIX_VALUE = (
-    "Fix the value. `impactlab check FILE` lists all faults; of a case without faults it prints every value in SI."
-)
+CHECK_FILE = "`impactlab check FILE` lists all faults; of a case without faults it prints every value in SI."
 
 ONE_VALUE = "Give one value; a sweep runs a case at several: il.sweep, or `impactlab sweep`."
 SNAPSHOTS = "Give a list of times, {every: time} or {count: number of parts}."
@@ -86,7 +84,7 @@ def _words(fault: ErrorDetails, keys: list[str], data: Any, allowed: type[BaseMo
             several = isinstance(fault["input"], (list, tuple)) and "is not allowed here. Allowed: a number" in str(
                 context["text"]
             )
-            return str(context["text"]), ONE_VALUE if several else FIX_VALUE
+            return str(context["text"]), ONE_VALUE if several else CHECK_FILE
         case "extra_forbidden":
             names = _allowed_at(keys[:-1], data, allowed)
             around = _key_around(keys, data, allowed, prefix)
@@ -107,7 +105,7 @@ def _words(fault: ErrorDetails, keys: list[str], data: Any, allowed: type[BaseMo
             text = f"{shown(tag)} is not a kind of body.{closest(tag, kinds)} Allowed: {listed(kinds)}"
             return text, "Change the kind."
         case "literal_error":
-            return f"{given} is not allowed here. Allowed: {context.get('expected')}", FIX_VALUE
+            return f"{given} is not allowed here. Allowed: {context.get('expected')}", CHECK_FILE
         case "string_pattern_mismatch" if keys[-1:] in (["title"], ["source"]):
             return f"{given} holds characters that are not text", "Remove control characters."
         case "string_pattern_mismatch":
@@ -116,15 +114,16 @@ def _words(fault: ErrorDetails, keys: list[str], data: Any, allowed: type[BaseMo
                 "Choose another name.",
             )
         case "too_short" | "too_long" if "max_length" in context and context["max_length"] == 2:
-            return f"{given}; a contact is between two faces: [left, right]", FIX_VALUE
+            return f"{given}; a contact is between two faces: [left, right]", CHECK_FILE
         case "too_short" | "too_long" | "string_too_long":
             limits = {"min_length": "at least", "max_length": "at most"}
             allowed_length = ", ".join(f"{word} {context[key]}" for key, word in limits.items() if key in context)
-            return f"{given} has the wrong length. Allowed: {allowed_length}", FIX_VALUE
+            remedy = "Add an entry." if kind == "too_short" else "Make it shorter."
+            return f"{given} has the wrong length. Allowed: {allowed_length}", remedy
         case _ if kind in _NEEDED:
             return _of_wrong_type(fault, keys, _allowed_at(keys, data, allowed))
         case _:
-            return f"{given}: {fault['msg'][:1].lower()}{fault['msg'][1:]}", FIX_VALUE
+            return f"{given}: {fault['msg'][:1].lower()}{fault['msg'][1:]}", CHECK_FILE
 
 
 def _of_wrong_type(fault: ErrorDetails, keys: list[str], names: Sequence[str]) -> tuple[str, str]:
@@ -143,7 +142,7 @@ def _of_wrong_type(fault: ErrorDetails, keys: list[str], names: Sequence[str]) -
     if isinstance(fault["input"], dict) and needed == "a list":
         return text, "Write it as one entry of a list, with a dash before it, or in Python [...] around it."
     if needed != _BLOCK or not names:
-        return text, FIX_VALUE
+        return text, CHECK_FILE
     out = " Or leave the key out: it has a default." if keys == ["solve", "step"] else ""
     return text, f"Write {{key: value}}; its keys: {listed(sorted(set(names)))}.{out}"
 

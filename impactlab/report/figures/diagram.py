@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from impactlab.errors import ImpactlabError
 from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import frame_times
 from impactlab.prefixes import Unit, scaled
 from impactlab.report.figures.signals import UNITS
-from impactlab.report.figures.stage import frames, layout, sampled_field, shown_load
+from impactlab.report.figures.stage import frames, layout, shown_load
 from impactlab.report.figures.style import INK, LETTER, MUTED, PAPER, Margins, clock, drawn, grid, is_narrow
 from impactlab.scene.problem import Scene
+from impactlab.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 NAME_SIZE, LETTER_SIZE = 7.5, 10.0  # points, of a body's name and of the letter whose width is known
-FINE_PLACES = 361  # along a body
+FINE_PLACES = 361  # along a body, at most
+MIN_PLACES, ALL_PLACES = 9, 4000  # along a short body of many; of all bodies, more than a figure has dots
 MEANING = {"stress": "stress σ", "torque": "torque T", "displacement": "deflection u"}
 
 
@@ -36,13 +40,7 @@ def lagrange(history: AbstractHistory, scene: Scene) -> Figure:
     Of a body whose fields it does not keep, only the contacts are drawn.
     """
     spots, time = layout(scene), clock(scene)
-    loads = {name: entry["load"] for name, entry in frames(history, scene).items() if entry["load"] is not None}
-    if history.dt is None:  # exact at all times and places: so fine that slanted edges are straight
-        times = frame_times(scene.duration, 2)
-        for name in loads:
-            body = scene.elastic[name]
-            fine = sampled_field(history, body, times, shown_load(body), FINE_PLACES)
-            loads[name] = loads[name] if fine is None else fine
+    loads = _loads(history, scene)
     elastic = {name: body for name, body in scene.elastic.items() if name in loads}
     quantities = dict.fromkeys(shown_load(body) for body in elastic.values())
     whole = max((spots[name].x + body.length for name, body in elastic.items()), default=1.0)
@@ -77,6 +75,31 @@ def lagrange(history: AbstractHistory, scene: Scene) -> Figure:
     axis.set_xlabel(f"place  x  [{place.label}]")
     axis.set_ylabel(f"time  t  [{time.label}]")
     return figure
+
+
+def _loads(history: AbstractHistory, scene: Scene) -> dict[str, Array]:
+    """Return the load of each body with fields, (times, places).
+
+    An exact run is known at all times and places: it is read so finely that slanted edges are straight, each body in
+    places by its share of the length.
+    """
+    bodies = {name: body for name, body in scene.elastic.items() if body.moves}
+    if history.dt is None:
+        times, whole = frame_times(scene.duration, 2), sum(body.length for body in bodies.values())
+        try:
+            return {
+                name: history.fields_at(name, times, shown_load(body), _places(body.length, whole)).values
+                for name, body in bodies.items()
+            }
+        except ImpactlabError:  # a long run keeps its fields at the frames
+            pass
+    return {name: entry["load"] for name, entry in frames(history, scene).items() if entry["load"] is not None}
+
+
+def _places(length: float, whole: float) -> Array:
+    """Return places along a body (n,) [m] of a share of the whole length."""
+    count = min(FINE_PLACES, max(MIN_PLACES, math.ceil(ALL_PLACES * length / whole)))
+    return np.linspace(0.0, length, count)
 
 
 def name_bodies(axis: Axes, scene: Scene, names: Iterable[str], place: Unit) -> None:

@@ -11,12 +11,15 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from impactlab.history.base import ContactSpan, Warned
 from impactlab.history.frame import frames, in_frame, touched_in
 from impactlab.metrics.norms import midpoints
 from impactlab.scene.facts import moving_faces, round_trips_of
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
+from impactlab.simulate.warnings.mesh_dispersion import airy_scale
 from impactlab.simulate.warnings.resolvability import COARSE_WARN, finer_by
 from impactlab.types import Array
 
@@ -37,7 +40,8 @@ def unplaced(history: AbstractRecordedHistory) -> Iterator[Warned]:
         return
     resolutions = {contact.name: history.facts_of(contact).resolution for contact in scene.contacts}
     periods = {contact.name: _periods(history, contact, trips[contact.name]) for contact in scene.contacts}
-    yield from _shifted(history, resolutions, periods, trips)
+    dispersed = {contact.name: _dispersed(history, contact, resolutions[contact.name]) for contact in scene.contacts}
+    yield from _shifted(history, dispersed, periods, trips)
     late, doubtful = _late(history, resolutions, periods), _doubtful(history, resolutions)
     if not late and not doubtful.passed:  # so it is of most runs: no displacement is read
         return
@@ -49,6 +53,16 @@ def unplaced(history: AbstractRecordedHistory) -> Iterator[Warned]:
         motions.setdefault(body, {})[name] = in_frame(found, name, t, history.evaluate(t, name))
     yield from _displaced(history, late, motions)
     yield from _chattering(doubtful, motions)
+
+
+def _dispersed(history: AbstractRecordedHistory, contact: Contact, resolution: float) -> float:
+    """Return the error of the times of a contact [s].
+
+    It is the time resolution, or the time in which a front passes that a mesh has dispersed since the first touch.
+    """
+    rods = [body for point in contact.faces if (body := history.scene.bodies[point.body].elastic) is not None]
+    last = max((span.until(history.duration) for span in _spans(history, contact)), default=0.0)
+    return max(resolution, airy_scale(history, rods, last))
 
 
 def _instants(history: AbstractRecordedHistory, faces: Iterable[str]) -> int:
@@ -108,8 +122,10 @@ def _shares(faces: Mapping[str, Array], displaced: float) -> Iterator[tuple[floa
 
 
 def _mean(values: Array) -> float:
-    """Return the square mean of values."""
-    return math.sqrt(float(values @ values) / values.size)
+    """Return the square mean of values, divided by a power of two before: squares of 1e154 m overflow."""
+    _, power = math.frexp(max(float(values.max()), -float(values.min())))
+    scaled = np.ldexp(values, -power)
+    return math.ldexp(math.sqrt(float(scaled @ scaled) / values.size), power)
 
 
 def _late(

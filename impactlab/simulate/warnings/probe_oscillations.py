@@ -30,7 +30,6 @@ SAID = frozenset(
         "energy_gain",
         "energy_loss",
         "first_force",
-        "peak_oscillates",
         "probe_near_load",
         "short_load",
     }
