@@ -120,6 +120,7 @@ class Reply(ctypes.Structure):
     projection: float  # kg m, moves positions by M^-1 times it, and no velocity
     push: float  # m where the pushed row is a force: over the step, along that row
     trial: float  # N, the signed force before clipping; its root dates the opening
+    excess: float  # N, part of the force that gives impulse of the step before: no part of the largest force
     offset: float  # m, faces pressed in beyond their coordinates: the true gap is gap + offset
     stored: float  # J, held by the contact at the end of the step
     dissipated: float  # J, lost in this step by a formula of its own, never negative

@@ -15,6 +15,7 @@ from impactlab.types import Level, Port, PowerForce, Relative, Reply, SideFacts,
 # Share of the overlap at the end of a step that the dashpot may take away in an explicit scheme. It slows faces and
 # parts none; with a third left, faces on meshes part in no later step, either.
 MAX_CLOSED = 2.0 / 3.0
+MIN_OVERLAP, MIN_COMPLIANCE = 1e-300, 1e-300  # m and m/(N s), to divide by
 
 
 @UNPACK
@@ -29,6 +30,19 @@ def early_share(port: Port) -> float:
     if gap < 0.0 or free_gap >= 0.0:
         return 0.0
     return max(0.0, free_gap / (free_gap - gap) - 0.5)
+
+
+@UNPACK
+def lost_while_closed(port: Port, damping: float, force: float, end: float) -> float:
+    """Return the energy that a dashpot takes in a step whose force is that at its end [J].
+
+    The rate is linear over the time in which the faces are closed. A dashpot that stops them within a fraction of the
+    step takes their kinetic energy, of about half the mass that the rate at the end shows: force is still to come.
+    """
+    before, rate = port.gap_rate, port.acting_rate + port.acting_rate_per_force * force
+    share = 1.0 if port.gap < 0.0 else end / min(end - port.gap, -MIN_OVERLAP)
+    most = 0.25 * before * before * port.dt / max(port.acting_rate_per_force, MIN_COMPLIANCE)
+    return min(damping * (before * before + before * rate + rate * rate) / 3.0 * share * port.dt, most)
 
 
 @final
@@ -134,9 +148,12 @@ class Penalty(AbstractContactLaw):
                 reply.dissipated = damping * end * travel / port.dt
             elif explicit:
                 reply.dissipated = max(0.0, -(force + overlapping) * travel)
-            else:  # only faces in contact move the dashpot
+            elif averaged:
                 rate = port.acting_rate + port.acting_rate_per_force * force
-                reply.dissipated = max(0.0, damping * rate * (travel + max(gap, 0.0)))
+                reply.dissipated = max(0.0, damping * rate * travel)
+            else:  # only faces in contact move the dashpot
+                reply.excess = max(0.0, 1.0 - 1.0 / weight) * (force + stiffness * end)
+                reply.dissipated = lost_while_closed(port, damping / weight, force, end)
         elif averaged or explicit or damping > 0.0:
             # Let go before it is relaxed: the dashpot takes the energy that the spring gives as it follows the face. A
             # spring alone that is let go of between two ends of steps is an error of the scheme.

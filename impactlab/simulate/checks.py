@@ -56,6 +56,7 @@ RETURNED = (
     "decay time of damped modes, and the scheme overshoots their velocities"
 )
 MAX_GAIN = 1.0  # of the reference energy: a run that more than doubles it is failed, even if its parts declare more
+MAX_LOSS = 3.0  # of the reference energy: bodies have at most twice that, from the start and by work of loads
 ROUNDING_TOL = 1e-9  # of the energy of all bodies: the rounding of thousands of steps
 OVERLAP_WARN = 0.1  # of the travel of the faces, under a law without overlap
 OVERLAP_TOL = 1e-13  # of the reference energy, that the mean force does over an overlap: less is rounding
@@ -205,6 +206,10 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
         raise failure(
             RETURNED.format(share=100 * returned), remedy="Give a smaller step, or integrator midpoint or moreau_jean."
         )
+    loss = history.energy.largest_loss * history.energy.scale / reference_energy(history)
+    if beyond(history, loss, MAX_LOSS):  # as where a law stores a negative energy
+        text = f"energy fell by {loss:.3g} of the reference energy, more than there was"
+        raise failure(text, remedy=gain_remedy(assembly, history))
 
 
 def gain_remedy(assembly: Assembly, history: AbstractRecordedHistory) -> str:

@@ -25,7 +25,14 @@ from impactlab.uncertainties.edges import edges_within
 from impactlab.uncertainties.linear import Linear, estimates, linear
 from impactlab.uncertainties.records import Index, Share, Spread
 from impactlab.uncertainties.result import Uncertainty
-from impactlab.uncertainties.statistics import estimate, needed_samples, percentile, probability, sobol_indices
+from impactlab.uncertainties.statistics import (
+    deviation,
+    estimate,
+    needed_samples,
+    percentile,
+    probability,
+    sobol_indices,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -133,7 +140,7 @@ def _spread(
         unit=unit_of(data[name]),
         samples=sum(each.size for each in sets),
         mean=estimate(lambda of: float(np.mean(of)), sets),
-        deviation=estimate(lambda of: float(np.std(of)), sets),
+        deviation=deviation(sets),
         percentiles=tuple(percentile(percent, sets) for percent in percents),
         linear_mean=line.mean,
         linear_deviation=line.deviation,

@@ -19,6 +19,7 @@ from impactlab.types import Array
 from impactlab.uncertainties.records import CONSTANT_TOL, NOTHING, Estimate
 
 LEVEL = 0.95  # of all intervals
+MIN_SLANT = 1e-6  # skewness over the root of the number of sets, below which its correction is rounding
 MIN_SEEN = 2  # marked points of each set, on average: of fewer the interval is the binomial one
 
 Sets = Sequence[Array]
@@ -37,6 +38,44 @@ def estimate(statistic: Callable[[Array], float], sets: Sets) -> Estimate:
     without = [statistic(np.concatenate([*own[:k], *own[k + 1 :]], axis=-1)) for k in range(len(own))]
     error = _student(len(own)) * math.sqrt(len(own) - 1) * float(np.std(without))
     return Estimate(float(value), float(value - error), float(value + error))
+
+
+def deviation(sets: Sets) -> Estimate:
+    """Return the standard deviation of all values, with an interval that holds for long tails, too.
+
+    Rare large values make the scatter of a deviation skewed: an interval that is symmetric about it then lies too low.
+    The ends are those of Student's interval of the logarithm or of the same with Hall's correction for skewness,
+    whichever is wider.
+
+    References
+    ----------
+    P. Hall, *Journal of the Royal Statistical Society B* 54 (1992) 221-228, the cubic transformation.
+    """
+    own = [each for each in sets if each.size]
+    if len(own) < 2:
+        return NOTHING
+    every, count = np.concatenate(own), len(own)
+    variance, middle = float(np.var(every)), float(np.mean(every))
+    if variance == 0.0:
+        return Estimate(0.0, 0.0, 0.0)
+    # The share of each set in the logarithm of the deviation; they sum to 0.
+    shares = np.array([np.sum((each - middle) ** 2 / variance - 1.0) for each in own]) * 0.5 * count / every.size
+    scatter, limit = float(np.std(shares)), _student(count)
+    cubes = float(np.mean((shares / scatter) ** 3)) if scatter > 0.0 else 0.0
+    slant = cubes * math.sqrt(count - 1) / max(1, count - 2)  # skewness without bias, over the root of count
+    below, above = (max(limit, side * _without_skewness(side * limit, slant)) for side in (1.0, -1.0))
+    value, error = math.sqrt(variance), scatter / math.sqrt(count - 1)
+    return Estimate(value, value * math.exp(-below * error), value * math.exp(above * error))
+
+
+def _without_skewness(limit: float, slant: float) -> float:
+    """Return the limit that corresponds to Student's, by the inverse of Hall's cubic transformation.
+
+    ``slant`` is the skewness of the values over the root of their number.
+    """
+    if abs(slant) < MIN_SLANT:
+        return limit
+    return 3.0 / slant * (float(np.cbrt(1.0 + slant * (limit - slant / 6.0))) - 1.0)
 
 
 def probability(marked: Sequence[NDArray[np.bool_]]) -> Estimate:

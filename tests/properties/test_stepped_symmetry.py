@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -132,3 +134,16 @@ def test_mirror_difference_sees_a_difference() -> None:
     assert scene is not None
     softer = scene.but(law=Penalty(stiffness=Relative(0.5)))
     assert mirror_difference(whole(scene), whole(softer)) > 1e-3
+
+
+SOFT = st.builds(Penalty, stiffness=st.builds(Relative, st.floats(0.05, 5.0)), damping=st.just(Relative(0.2)))
+
+
+@settings(max_examples=25)
+@given(scenes(laws=SOFT, far=("free", "mass"), kinds=("mass_on_rod", "two_rods")), st.floats(-5.0, 5.0))
+def test_free_bodies_meet_alike_in_a_moving_frame(scene: Simulation, share: float) -> None:
+    speed = share * max(abs(body.velocity) for body in scene.scene.bodies.values())
+    bodies = {
+        name: dataclasses.replace(body, velocity=body.velocity + speed) for name, body in scene.scene.bodies.items()
+    }
+    assert records_difference(whole(scene), whole(scene.but(bodies=bodies)), 1.0, 1.0, 1.0) < 1e-7

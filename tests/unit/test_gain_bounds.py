@@ -52,3 +52,46 @@ def test_a_rod_under_a_short_force_is_warned_of_not_refused() -> None:
     finer = il.run(pushed(0.0, {"spring": "7e7 N/m"}, 0.05 * ROUND_TRIP, points=16))
     assert gain_of(finer) < 0.2 * gain_of(history)
     assert np.all(np.isfinite(finer.energy.balance))
+
+
+def two_rods(ratio: float, gamma: float, order: int, integrator: str) -> il.Case:
+    """Return the impact of two rods under Nitsche's method; the first has ``ratio`` times the area."""
+    material = {"young": 210e9, "density": 7800}
+    model = {"kind": "finite_element", "elements": 4 if order > 1 else 40, "mass": "consistent", "order": order}
+    return il.Case(
+        bodies={
+            "striker": il.Rod(length=1.0, area=1e-4 * ratio, material=material, velocity=1.0),
+            "rod": il.Rod(length=1.0, area=1e-4, material=material),
+        },
+        contacts=[il.Contact("striker.right", "rod.left", {"kind": "nitsche", "gamma": gamma}, gap=1e-6)],
+        solve={
+            "duration": "0.6 ms",
+            "model": model,
+            "integrator": {"kind": integrator},
+            "step": {"points_per_period": 20},
+        },
+    )
+
+
+def energies(ratio: float, theta: str) -> tuple[float, float]:
+    """Return largest gain and loss in the impact of two rods of 2-node bars."""
+    book = il.run(two_rods(ratio, 0.25, 1, "newmark").with_("contacts.0.law.theta", theta)).energy
+    return book.largest_gain, book.largest_loss
+
+
+@pytest.mark.filterwarnings("ignore::impactlab.DoubtfulResult", "ignore::impactlab.RunWarning")
+@pytest.mark.parametrize("theta", ["1", "0", "-1"])
+@pytest.mark.parametrize("ratio", [0.01, 10.0, 100.0])
+def test_nitsches_method_for_unequal_rods_is_that_for_equal_ones(theta: str, ratio: float) -> None:
+    """The areas of rods that meet at a given speed scale their forces, and nothing else.
+
+    With S as the plain mean the energy of rods of unequal area grew without bound.
+    """
+    assert energies(ratio, theta) == pytest.approx(energies(1.0, theta), rel=1e-6, abs=1e-9)
+
+
+def test_a_run_whose_energy_falls_without_bound_is_failed() -> None:
+    """Beyond its bound Nitsche's method stores a negative energy, here 1e79 times that of the rods."""
+    with pytest.raises(il.ImpactlabError, match=r"energy fell by .* more than there was") as caught:
+        il.run(two_rods(1.0, 0.9, 4, "bathe"))
+    assert "gamma" in caught.value.remedy

@@ -93,6 +93,7 @@ def reply_to(
         fill_acting_push(port, contact.load_point)
     reply.force, reply.impulse, reply.projection, reply.push, reply.trial = 0.0, 0.0, 0.0, 0.0, 0.0
     reply.stored, reply.dissipated, reply.unresolved, reply.offset = 0.0, 0.0, 0.0, 0.0
+    reply.excess = 0.0
     reply.in_contact, reply.failed = 0.0, 0.0
     put_lanes(reply.memory, 0, lanes_at(port.memory, 0))
     call(contact.law, port, reply)

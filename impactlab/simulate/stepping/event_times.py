@@ -79,7 +79,7 @@ def write_events(m: StepArrays, time: float, dt: float) -> None:
                 contact.span_impulse, contact.span_peak = 0.0, 0.0
                 add_event(m, close_time(contact, port, reply, time, dt), number, CLOSE, 0.0)
             contact.span_impulse += given
-            contact.span_peak = max(contact.span_peak, contact.force)
+            contact.span_peak = max(contact.span_peak, contact.force - reply.excess)
             if touched and not is_closed:
                 add_event(m, open_time(contact, port, reply, time, dt), number, OPEN, 0.0)
         if contact.impulse != 0.0:
