@@ -61,7 +61,7 @@ def _numbers(given: Any, name: str) -> Array:
         if not np.iscomplexobj(given):  # else numpy would drop the imaginary parts
             return np.asarray(given, dtype=float)
     except (TypeError, ValueError) as error:
-        raise CaseError(f"{name} are not numbers: {str(error)[:80]}", remedy=remedy) from None
+        raise CaseError(f"{name} does not hold numbers: {str(error)[:80]}", remedy=remedy) from None
     raise CaseError(f"{name} are complex numbers", remedy=remedy)
 
 

@@ -116,8 +116,8 @@ def test_a_signal_is_shown_in_a_line(case):
     ("given", "says"),
     [
         ((None, [0, 1, 2, 3], [0, 1, 2, 3]), "the channel of a signal is a NoneType"),
-        ((FORCE, [0, 1, 2, 3], ["a", 1, 2, 3]), "values are not numbers"),
-        ((FORCE, [[0], 1, 2, 3], [0, 1, 2, 3]), "times are not numbers"),
+        ((FORCE, [0, 1, 2, 3], ["a", 1, 2, 3]), "values does not hold numbers"),
+        ((FORCE, [[0], 1, 2, 3], [0, 1, 2, 3]), "time does not hold numbers"),
     ],
 )
 def test_signals_of_other_types_are_refused(given, says):
