@@ -62,7 +62,7 @@ def _numbers(given: Any, name: str) -> Array:
             return np.asarray(given, dtype=float)
     except (TypeError, ValueError) as error:
         raise CaseError(f"{name} does not hold numbers: {str(error)[:80]}", remedy=remedy) from None
-    raise CaseError(f"{name} are complex numbers", remedy=remedy)
+    raise CaseError(f"{name} holds complex numbers", remedy=remedy)
 
 
 @names_parameters
