@@ -436,12 +436,14 @@ def test_a_number_that_the_case_makes_from_others_is_refused_with_a_remedy(monke
 def test_the_python_of_the_page_runs(monkeypatch):
     root = Path(__file__).parents[2]
     monkeypatch.chdir(root)
-    [code] = re.findall(
-        r"```python\n(.*?)```", (root / "docs" / "sensitivities.md").read_text(encoding="utf-8"), re.DOTALL
-    )
+    page = (root / "docs" / "sensitivities.md").read_text(encoding="utf-8")
+    derivatives, optimum = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     names: dict[str, Any] = {}
-    exec(code, names)
+    exec(derivatives, names)
     assert names["row"].logarithmic == pytest.approx(1.328847400921, rel=1e-9)
+    exec(optimum, names)
+    assert names["best"].fun == pytest.approx(1.402, rel=1e-3)  # 14.02 kN, as its last line says
+    assert names["start"] * names["best"].x == pytest.approx([1.937, 120.5e6], rel=1e-2)
 
 
 def test_a_delay_of_the_whole_impact_brings_no_edge():

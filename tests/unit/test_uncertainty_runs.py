@@ -198,7 +198,7 @@ def test_a_folder_keeps_points_and_gives_the_same_again(case, tmp_path, monkeypa
     assert json.loads(kept.attrs["distributions"]) == vary
     assert np.array_equal(kept["final_velocity"], found.data["final_velocity"])
     assert "Sobol indices" in (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
-    with pytest.raises(il.CaseError, match="different: axes, design"):
+    with pytest.raises(il.CaseError, match="different: axes, the samples"):
         il.uncertainty(case, vary, **options, seed=2)
 
 
