@@ -53,8 +53,8 @@ CLOSED = 3.7  # rises of its force, for which a contact is closed as a ball stri
 # four of them more than twice. At a loose end 4 of 85 had more than four times it, 8.8 at most, and one other run 14.
 TOUCHED_AGAIN, TOUCHED_AGAIN_AT_END = 3.2, 4.0
 DEFAULT_TOLERANCE = 1e-3  # where a scene has none: for trials of the cost model
-# Factors of predicted errors: medians over the scenes of benchmarks/choice.py; where a wall is met, whose force rises
-# in a time that is not known.
+# Factors of predicted errors. The first two are those of a long run, fitted to random beams; where a wall or a force
+# that jumps leaves the rise unknown, the first and the last are used, medians over the scenes of benchmarks/choice.py.
 ERROR_OF_MODES, ERROR_OF_SPRINGS, ERROR_OF_SPRINGS_AT_WALLS = 0.15, 0.25, 0.04
 LONG_RUN = 18.0  # rises of force: in a shorter run the error has less time to grow
 ERROR_OF_IMPULSES = 0.2  # factor on these if only impulses count, in which errors of the force partly cancel
